@@ -26,7 +26,7 @@ from benchmarks.naming_parameters import compared
 from benchmarks.naming_report import NAMES, lines_of, picture, report
 from drivers.errors import DriveError
 from drivers.simulated import PlantTruth, draw_truth
-from drivers.simulated.drawing import draw_scenario
+from drivers.simulated.drawing import EFFECTS, DrawnScenario, draw_scenario
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import OUTSIDE_VOCABULARY, Scenario
 from ident import Recording
@@ -40,7 +40,7 @@ ARM = "tx40"
 PERIOD = 12.0
 PERIODS = 2
 Task = tuple[str, str, int]
-"""Kind of run (single, pair, clean, outside), effect (two with a plus for a pair), seed."""
+"""Kind of run (single, pair, one joint, triple, clean, outside), effect (or several, with a plus), seed."""
 
 
 def main() -> None:
@@ -48,6 +48,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--single", type=int, default=0, help="scenarios with one hidden effect")
     parser.add_argument("--pairs", type=int, default=0, help="scenarios with two hidden effects")
+    parser.add_argument("--one-joint", type=int, default=0, help="two hidden effects at one joint")
+    parser.add_argument("--triples", type=int, default=0, help="three hidden effects, no two at one joint")
     parser.add_argument("--clean", type=int, default=0, help="arms with nothing hidden")
     parser.add_argument("--outside", type=int, default=0, help="effects that the vocabulary lacks")
     parser.add_argument("--effects", nargs="*", default=list(NAMES), help="effects of the single scenarios")
@@ -68,18 +70,22 @@ def main() -> None:
 def tasks_of(given: argparse.Namespace) -> list[Task]:
     """Effects in turn, each with a seed of its own; the kinds mixed evenly, so that any beginning is fair."""
     outside, names, seed = OUTSIDE_VOCABULARY, given.effects, given.seed
+    robot = robots.load(ARM)
+    of_one = [name for name in names if all(len(axes) == 1 for axes in EFFECTS[name].places(robot))]
     kinds: list[list[Task]] = [
         [("single", names[k % len(names)], seed + k) for k in range(given.single)],
         [("clean", "white" if k % 3 else "coloured", seed + k) for k in range(given.clean)],
         [("outside", outside[k % len(outside)], seed + k) for k in range(given.outside)],
-        [("pair", _pair(names, seed + k), seed + k) for k in range(given.pairs)],
+        [("pair", _several(names, 2, seed + k), seed + k) for k in range(given.pairs)],
+        [("one joint", _several(of_one, 2, seed + k), seed + k) for k in range(given.one_joint)],
+        [("triple", _several(names, 3, seed + k), seed + k) for k in range(given.triples)],
     ]
     placed = [((k + 0.5) / len(tasks), task) for tasks in kinds for k, task in enumerate(tasks)]
     return [task for _, task in sorted(placed)]
 
 
-def _pair(names: Sequence[str], seed: int) -> str:
-    return "+".join(np.random.default_rng(seed).choice(names, 2, replace=False))
+def _several(names: Sequence[str], number: int, seed: int) -> str:
+    return "+".join(np.random.default_rng(seed).choice(names, number, replace=False))
 
 
 def campaign(tasks: Sequence[Task], given: argparse.Namespace) -> None:
@@ -117,7 +123,7 @@ def one_run(task: Task, size: float, motions: tuple[FloatArray, FloatArray]) -> 
     truth = draw_truth(robot, seed)
     started = time.process_time()
     try:
-        scenario, axes, ratio = _hidden(robot, truth, task, size, motions[0])
+        scenario, axes, ratio = hidden(robot, truth, task, size, motions[0])
     except DriveError as error:
         return {"kind": kind, "effect": effect, "seed": seed, "skipped": str(error)}
     quiet = scenario if kind == "clean" else Scenario()
@@ -152,18 +158,28 @@ def beside_truth(
     return pairs
 
 
-def _hidden(
+def hidden(
     robot: Robot, truth: PlantTruth, task: Task, size: float, path: FloatArray
 ) -> tuple[Scenario, Sequence[Any], float]:
+    """What a task hides: the scenario, its axes (of several effects each its own), least gap over floor."""
     kind, effect, seed = task
     if kind == "clean":
         noise = {"noise": {"time_constant": 0.02}} if effect == "coloured" else {}
         return Scenario.from_dict({"format": 1, **noise}), (), 0.0
-    drawn = [draw_scenario(robot, e, seed, size, truth=truth, reference=path) for e in effect.split("+")]
-    if kind == "pair":
-        both = drawn[0].scenario.merged(drawn[1].scenario)
-        return both, [one.axes for one in drawn], min(one.ratio for one in drawn)
-    return drawn[0].scenario, drawn[0].axes, drawn[0].ratio
+    drawn: list[DrawnScenario] = []
+    for one in effect.split("+"):
+
+        def allowed(axes: tuple[int, ...], before: Sequence[DrawnScenario] = tuple(drawn)) -> bool:
+            if kind == "triple":
+                return not any(set(axes) & set(earlier.axes) for earlier in before)
+            return kind != "one joint" or all(axes == earlier.axes for earlier in before)
+
+        drawn.append(draw_scenario(robot, one, seed, size, truth=truth, reference=path, allowed=allowed))
+    scenario = drawn[0].scenario
+    for other in drawn[1:]:
+        scenario = scenario.merged(other.scenario)
+    axes = drawn[0].axes if len(drawn) == 1 else [one.axes for one in drawn]
+    return scenario, axes, min(one.ratio for one in drawn)
 
 
 def record(robot: Robot, truth: PlantTruth, scenario: Scenario, path: FloatArray, seed: int) -> Recording:

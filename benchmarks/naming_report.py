@@ -13,8 +13,8 @@ import numpy as np
 from benchmarks.naming_parameters import coverage
 from benchmarks.naming_scores import (
     CLOSED,
+    all_found,
     both_in_set,
-    both_named,
     called,
     closed,
     closed_together,
@@ -24,7 +24,7 @@ from benchmarks.naming_scores import (
     left,
     named_right,
     named_wrong,
-    of_pair,
+    of_several,
     right_first,
     spurious,
 )
@@ -62,6 +62,8 @@ def report(path: Path) -> str:
     clean = [line for line in lines if line["kind"] == "clean"]
     outside = [line for line in lines if line["kind"] == "outside"]
     pairs = [line for line in lines if line["kind"] == "pair"]
+    one_joint = [line for line in lines if line["kind"] == "one joint"]
+    triples = [line for line in lines if line["kind"] == "triple"]
     sizes: list[float] = [1 + len(line["findings"][0]["set"]) for line in single if line["findings"]]
     confident = [bool(line["findings"]) and not in_set(line) for line in single]
     named = [line for line in single if right_first(line)]
@@ -81,10 +83,10 @@ def report(path: Path) -> str:
         f"| share of the gap that is left, median | {_median_left(named)} |",
         f"| gap ≤ 20 %, where validation shows at least two floors of it | {share(map(closed, shown))} |",
         *_beside_clean(named, clean),
-        f"| two hidden: both named first | {share(map(both_named, pairs))} |",
+        *_of_several("two hidden", pairs),
         f"| two hidden: both named or in the reported set | {share(map(both_in_set, pairs))} |",
-        f"| two hidden: at least one | {share(bool(of_pair(line)) for line in pairs)} |",
-        f"| two hidden: a finding that is neither | {share(map(spurious, pairs))} |",
+        *_of_several("two hidden at one joint", one_joint),
+        *_of_several("three hidden at three joints", triples),
         f"| one hidden: more than one finding | {share(len(line['findings']) > 1 for line in single)} |",
         f"| clean arms with a finding | {share(bool(line['findings']) for line in clean)} |",
         f"| clean arms not called clean | {share(line['verdict'] != 'clean' for line in clean)} |",
@@ -102,6 +104,16 @@ def report(path: Path) -> str:
         words = ", ".join(f"{name} ×{count}" for name, count in others.most_common())
         text.append(f"| {effect} | {share(map(right_first, rows))} | {share(map(in_set, rows))} | {words} |")
     return "\n".join([*text, "", *_covered(lines)]) + "\n"
+
+
+def _of_several(title: str, lines: Sequence[dict[str, Any]]) -> list[str]:
+    if not lines:
+        return []
+    return [
+        f"| {title}: all named first | {share(map(all_found, lines))} |",
+        f"| {title}: at least one | {share(bool(of_several(line)) for line in lines)} |",
+        f"| {title}: a finding that is none of them | {share(map(spurious, lines))} |",
+    ]
 
 
 def _covered(lines: Sequence[dict[str, Any]]) -> list[str]:

@@ -24,7 +24,7 @@ def named_right(line: dict[str, Any]) -> bool:
 
 def named_wrong(line: dict[str, Any]) -> bool:
     """A finding that is named is not what is hidden, or not there."""
-    hidden = zip(line["effect"].split("+"), line["axes"], strict=True) if line["kind"] == "pair" else ()
+    hidden = zip(line["effect"].split("+"), line["axes"], strict=True) if "+" in line["effect"] else ()
     alone = [line | {"effect": effect, "axes": axes} for effect, axes in hidden] or [line]
     return any(not any(_same(a, one["effect"], one["joints"]) for a in alone) for one in _named(line))
 
@@ -51,8 +51,8 @@ def _same(line: dict[str, Any], effect: str, joints: Sequence[int]) -> bool:
     return not line["axes"] or not joints or sorted(joints) == sorted(line["axes"])
 
 
-def of_pair(line: dict[str, Any]) -> set[int]:
-    """Which of two hidden effects (0, 1) are among the findings, with their place."""
+def of_several(line: dict[str, Any]) -> set[int]:
+    """Which of several hidden effects, from 0, are among the findings, with their place."""
     found = set()
     for index, (effect, axes) in enumerate(zip(line["effect"].split("+"), line["axes"], strict=True)):
         alone = line | {"effect": effect, "axes": axes}
@@ -61,9 +61,9 @@ def of_pair(line: dict[str, Any]) -> set[int]:
     return found
 
 
-def both_named(line: dict[str, Any]) -> bool:
-    """Both hidden effects are findings."""
-    return len(of_pair(line)) == 2
+def all_found(line: dict[str, Any]) -> bool:
+    """All of several hidden effects are findings."""
+    return len(of_several(line)) == len(line["axes"])
 
 
 def both_in_set(line: dict[str, Any]) -> bool:
@@ -85,7 +85,7 @@ def both_in_set(line: dict[str, Any]) -> bool:
 
 def spurious(line: dict[str, Any]) -> bool:
     """More findings than hidden effects among them."""
-    return len(line["findings"]) > len(of_pair(line))
+    return len(line["findings"]) > len(of_several(line))
 
 
 def closed(line: dict[str, Any]) -> bool:

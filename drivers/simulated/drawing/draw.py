@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,6 +57,7 @@ def draw_scenario(
     *,
     truth: PlantTruth | None = None,
     reference: FloatArray | None = None,
+    allowed: Callable[[tuple[int, ...]], bool] = lambda axes: True,
 ) -> DrawnScenario:
     """Draws a place and a shape, and finds the magnitude whose gap is ``size`` noise floors.
 
@@ -71,6 +73,7 @@ def draw_scenario(
         truth: the arm; drawn from the seed where None.
         reference: motion on which the gap is measured, (N, n) per SYNC from ``robot.home``;
             :func:`exercise` where None.
+        allowed: whether it may sit on these axes, from 1.
 
     Raises:
         DriveError: no such effect, the arm has no place for it, or no sensible magnitude reaches the size.
@@ -84,7 +87,7 @@ def draw_scenario(
     motion = exercise(robot) if reference is None else reference
     ruler = Ruler.of(robot, arm, motion)
     rng = np.random.default_rng(np.random.SeedSequence([seed, 0xD7, *effect.encode()]))
-    places = recipe.places(robot)
+    places = [place for place in recipe.places(robot) if allowed(place)]
     if not places:
         raise DriveError(f"effect {effect}: {robot.name} has no place for it")
     for choice in rng.permutation(len(places)):

@@ -43,6 +43,17 @@ def test_seeds_draw_different_places(tx40: Robot) -> None:
     assert len(set(drawn)) >= 3
 
 
+def test_an_effect_sits_where_it_is_allowed_or_nowhere(tx40: Robot) -> None:
+    path = exercise(tx40, 3.0)
+    drawn = [
+        draw_scenario(tx40, "current_offset", seed, 3.0, reference=path, allowed=lambda axes: axes == (2,))
+        for seed in (0, 1)
+    ]
+    assert [one.axes for one in drawn] == [(2,), (2,)]
+    with pytest.raises(DriveError, match="tx40 has no place for it"):
+        draw_scenario(tx40, "current_offset", 0, reference=path, allowed=lambda axes: False)
+
+
 def test_nothing_hidden_is_nothing(tx40: Robot) -> None:
     ruler = Ruler.of(tx40, draw_truth(tx40, 1), exercise(tx40, 3.0))
     assert not ruler.gap(EMPTY).any()

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+from argparse import Namespace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import robots
-from benchmarks import naming_report
+from benchmarks import naming, naming_report
 from benchmarks.naming_parameters import compared, coverage
-from benchmarks.naming_scores import both_in_set, both_named
+from benchmarks.naming_scores import all_found, both_in_set
 from drivers.simulated import draw_truth
+from drivers.simulated.drawing import exercise
 from drivers.simulated.scenario import Scenario
 from ident.effects.vocabulary import family_named
 from robots import Robot
@@ -188,6 +190,52 @@ def test_a_pair_counts_as_reported_where_both_are_found_or_in_a_set() -> None:
     other = {"effect": "payload", "joints": [], "set": []}
     elsewhere = {"effect": "time_delay", "joints": [4], "set": []}
     together = {"effect": "rotor_inertia", "joints": [5], "set": [[["time_delay", "payload"], [[5], []]]]}
-    assert both_in_set(line([lag, other])) and not both_named(line([lag, other]))
+    assert both_in_set(line([lag, other])) and not all_found(line([lag, other]))
     assert both_in_set(line([together]))
     assert not both_in_set(line([elsewhere, other])) and not both_in_set(line([lag]))
+
+
+def test_several_hidden_effects_count_where_all_are_found_at_their_places(tmp_path: Path) -> None:
+    def line(kind: str, effects: str, axes: list[list[int]], found: list[tuple[str, list[int]]]) -> str:
+        findings = [
+            {"effect": effect, "joints": joints, "set": [], "named": True} for effect, joints in found
+        ]
+        return json.dumps(
+            {"kind": kind, "effect": effects, "axes": axes, "seed": 1, "verdict": "named"}
+            | {"findings": findings}
+        )
+
+    three, places = "payload+backlash+torque_ripple", [[], [2], [5]]
+    whole = [("payload", []), ("backlash", [2]), ("torque_ripple", [5])]
+    lines = [
+        line("one joint", "backlash+hysteresis", [[2], [2]], [("backlash", [2]), ("hysteresis", [2])]),
+        line("one joint", "backlash+hysteresis", [[2], [2]], [("backlash", [2]), ("hysteresis", [3])]),
+        line("triple", three, places, whole),
+        line("triple", three, places, whole[:2]),
+        line("triple", three, places, []),
+    ]
+    file = tmp_path / "naming.jsonl"
+    file.write_text("".join(f"{one}\n" for one in lines), encoding="utf-8")
+    text = naming_report.report(file)
+    assert "| something else named, any kind of run | 20 % [4, 62] of 5 |" in text
+    assert "| two hidden at one joint: all named first | 50 % [9, 91] of 2 |" in text
+    assert "| two hidden at one joint: a finding that is none of them | 50 % [9, 91] of 2 |" in text
+    assert "| three hidden at three joints: all named first | 33 % [6, 79] of 3 |" in text
+    assert "| three hidden at three joints: at least one | 67 % [21, 94] of 3 |" in text
+
+
+def test_effects_of_one_joint_have_one_and_those_of_three_have_no_joint_in_common() -> None:
+    given = Namespace(
+        single=0, pairs=0, clean=0, outside=0, one_joint=2, triples=2, effects=["backlash", "payload",
+        "current_offset", "wrist_coupling", "torque_ripple"], seed=3,
+    )  # fmt: skip
+    tasks = naming.tasks_of(given)
+    of_a_joint = {"backlash", "current_offset", "torque_ripple"}
+    assert sorted(kind for kind, *_ in tasks) == ["one joint", "one joint", "triple", "triple"]
+    assert all(set(effect.split("+")) <= of_a_joint for kind, effect, _ in tasks if kind == "one joint")
+    robot = robots.load(naming.ARM)
+    path = exercise(robot, 3.0)
+    truth, effects = draw_truth(robot, 1), "current_offset+torque_ripple+viscous_friction"
+    for kind, places in (("one joint", 1), ("triple", 3)):
+        _, axes, _ = naming.hidden(robot, truth, (kind, effects, 1), 2.0, path)
+        assert len({tuple(one) for one in axes}) == places
