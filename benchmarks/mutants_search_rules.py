@@ -395,6 +395,18 @@ RULES = (
         "if j == own",
     ),
     Broken(
+        "something without a name leaves more at one joint at least",
+        f"{_BY}decide/no_name.py",
+        "- none) / (1.0 - none)",
+        ")",
+    ),
+    Broken(
+        "all joints where a name acts count together",
+        f"{_BY}decide/no_name.py",
+        "np.prod(usual_at + _AT_A_JOINT * more)",
+        "np.max(usual_at + _AT_A_JOINT * more)",
+    ),
+    Broken(
         "what rows hold the most of leaves some of itself",
         f"{_BY}decide/no_name.py",
         "member.candidate.family.rough or ",

@@ -38,6 +38,9 @@ OUTSIDE = 0.1
 _IMITATED = 0.2
 """Probability that a name imitates something else so well that nothing more is left than usual."""
 
+_AT_A_JOINT = 0.5
+"""Probability that what a name only imitates leaves more than usual at a joint where the name acts."""
+
 _FORM = 0.03
 """Of a name's torque, by which its form and its shapes are wrong where it is there."""
 
@@ -84,9 +87,9 @@ def price_of_parameters(precision: FloatArray, without: Posterior, found: Poster
 def left_beside(problem: Problem, found: Found, number: int) -> float:
     """Nats for something without a name, against a member of a set, of what stays unexplained beside it.
 
-    It counts at the joint where it speaks most for that, of those at which the member explains more than an
-    accepted model leaves: a load that swings is a payload at the shoulder, and not at the wrist. None where
-    no accepted run says what is usual, and none of what rows hold the most of: a play leaves instants of
+    All joints count together at which the member explains more than an accepted model leaves: a load that
+    swings is a payload with as much left at the wrist as usual, and more at the shoulder. None where no
+    accepted run says what is usual, and none of what rows hold the most of: a play leaves instants of
     impacts, a drag that comes and goes at once its further waves.
 
     Args:
@@ -100,26 +103,29 @@ def left_beside(problem: Problem, found: Found, number: int) -> float:
     torque, misfit = torque_of(problem, found, number), misfit_of(problem, found)
     accepted, own = problem.misfit.accepted, own_joint(found, number, torque)
     acts = [j for j in member.joints if j == own or torque[j] > accepted[j]]
-    return max(nats_of_left(float(misfit[j]), float(accepted[j]), float(torque[j])) for j in acts)
+    return nats_of_left(misfit[acts], accepted[acts], torque[acts])
 
 
-def nats_of_left(misfit: float, accepted: float, explains: float) -> float:
+def nats_of_left(misfit: FloatArray, accepted: FloatArray, explains: FloatArray) -> float:
     """Nats for something without a name, against the name, of what stays unexplained beside the name.
 
     Where the name is there ln κ is about the accepted one (Cauchy), with a form's own error. Where it is not,
-    so with one fifth, and else κ is anything from that to all that is there, equally in ln κ.
+    so with one fifth at all joints, and else at least at one of them, each as likely as not, κ is anything
+    from that to all that is there, equally in ln κ.
 
     Args:
-        misfit: of the joint beside the set, N·m (or N).
-        accepted: of an accepted run, the same unit.
-        explains: root mean square of what the name explains at the joint, the same unit.
+        misfit: (J,) of the joints where the name acts, beside the set, N·m (or N).
+        accepted: (J,) of an accepted run, the same unit.
+        explains: (J,) root mean square of what the name explains there, the same unit.
     """
     usual = np.hypot(accepted, _FORM * explains)
     away, most = np.log(misfit / usual), np.log(np.hypot(misfit, explains) / usual)
-    if away <= 0.0:
-        return float(np.log(_IMITATED))
     there = 1.0 / (np.pi * _USUAL * (1.0 + (away / _USUAL) ** 2))
-    return float(np.log(_IMITATED + (1.0 - _IMITATED) / (most * there)))
+    more = np.divide(1.0, most * there, out=np.zeros_like(away), where=away > 0.0)
+    usual_at = 1.0 - _AT_A_JOINT
+    none = usual_at**away.size
+    at_some = (np.prod(usual_at + _AT_A_JOINT * more) - none) / (1.0 - none)
+    return float(np.log(_IMITATED + (1.0 - _IMITATED) * at_some))
 
 
 class OfModel(Protocol):

@@ -76,21 +76,33 @@ def test_a_name_beside_what_it_leaves_unexplained_is_less_sure() -> None:
     accepted, explains = 0.04, 1.0
     form = np.hypot(accepted, 0.03 * explains)
     assert form == pytest.approx(0.05)
-    usual = [nats_of_left(misfit, accepted, explains) for misfit in (0.001, 0.04, 0.0499)]
-    assert usual == pytest.approx([np.log(0.2)] * 3)
-    for misfit in (0.06, 0.1, 0.3):
-        left = np.log(misfit / form)
+
+    def nats(*misfit: float) -> float:
+        n = len(misfit)
+        return nats_of_left(np.array(misfit), np.full(n, accepted), np.full(n, explains))
+
+    assert [nats(misfit) for misfit in (0.001, 0.04, 0.0499)] == pytest.approx([np.log(0.2)] * 3)
+
+    def more(misfit: float) -> float:
         anything = 1.0 / np.log(np.hypot(misfit, explains) / form)
-        expected = np.log(0.2 + 0.8 * anything / cauchy.pdf(left, scale=0.5))
-        assert nats_of_left(misfit, accepted, explains) == pytest.approx(expected)
-    assert nats_of_left(0.3, accepted, explains) > 0.0 > nats_of_left(0.06, accepted, explains)
+        return float(anything / cauchy.pdf(np.log(misfit / form), scale=0.5))
+
+    for misfit in (0.06, 0.1, 0.3):
+        assert nats(misfit) == pytest.approx(np.log(0.2 + 0.8 * more(misfit)))
+    assert nats(0.3) > 0.0 > nats(0.06)
+    # At one of two joints as much as usual: then at the other there is more for certain, of three cases.
+    assert nats(0.3, 0.04) == pytest.approx(np.log(0.2 + 0.8 * more(0.3) / 3.0))
+    both = (more(0.3) * more(0.2) + more(0.3) + more(0.2)) / 3.0
+    assert nats(0.3, 0.2) == pytest.approx(np.log(0.2 + 0.8 * both))
+    assert nats(0.3, 0.2) > nats(0.3) > nats(0.3, 0.04) > nats(0.3, 0.04, 0.04) > nats(0.04, 0.04)
 
 
 def test_what_an_effect_of_the_arm_leaves_is_asked_at_every_joint_where_it_acts() -> None:
     """A load that swings is a payload at the shoulder, not at the wrist; where it does nothing none asks."""
     assert left_at(torque=(9.0, 2.0, 0.001), misfit=(0.01, 0.01, 0.9)) == pytest.approx(np.log(0.2))
     wrist = left_at(torque=(9.0, 2.0, 0.001), misfit=(0.01, 0.5, 0.9))
-    assert wrist == pytest.approx(nats_of_left(0.5, 0.01, 2.0))
+    assert wrist == pytest.approx(nats_of_left(np.array([0.01, 0.5]), np.full(2, 0.01), np.array([9.0, 2.0])))
+    assert wrist > 0.5
 
 
 def test_what_rows_hold_the_most_of_leaves_some_of_itself() -> None:
