@@ -95,7 +95,8 @@ def with_feed_forward(
     sizes = [f"{torque[k]:.3g} {robot.joint[k].torque_unit} on drive {k + 1}" for k in np.flatnonzero(drives)]
     words = (
         f"the controller adds an unknown feed-forward of {', '.join(sizes)}, and the closed loop is simulated"
-        " with what was measured of it"
+        " with what was measured of it; if it has none, [controller] of robot.toml is not the arm's:"
+        " `armhil controller` identifies it"
     )
     pairs = zip(recordings, found, strict=True)
     return tuple(one if more is None else more.added(drives) for one, more in pairs), (words,)

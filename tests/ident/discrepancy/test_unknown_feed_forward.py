@@ -57,6 +57,7 @@ def test_it_is_measured_whatever_the_arm_is(heavier: float) -> None:
     left -= left.mean(axis=0)
     assert float(left.std()) < 0.05 * float(fed[START:].std())
     assert "unknown feed-forward" in words and "on drive 1" in words and "simulated with" in words
+    assert words.endswith("[controller] of robot.toml is not the arm's: `armhil controller` identifies it")
 
 
 def test_the_simulated_bench_adds_nothing() -> None:
