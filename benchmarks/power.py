@@ -3,7 +3,7 @@
 An arm is drawn, and recorded clean: that run is what is accepted. From the planned motion and that run alone
 the smallest size of each effect at each place is predicted and written down. Then an effect is drawn at a
 place (``benchmarks/naming.py`` does the same) and given the size whose torque is the predicted one; the plant
-gets it, and both searches are asked. Shapes are drawn: the prediction is that of the shape in the middle.
+gets it, and a diagnosis is asked. Shapes are drawn: the prediction is that of the shape in the middle.
 
     python -m benchmarks.power --arm emps --period 6 --rounds 2 --seed 31000 --out power.jsonl
     python -m benchmarks.power --report power.jsonl
@@ -30,8 +30,8 @@ from drivers.simulated.drawing import DrawnScenario, draw_scenario, gap
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
 from ident import Recording
-from ident.discrepancy import Question
-from ident.discrepancy.by_evidence import diagnose_by_evidence, prior_by_evidence
+from ident.discrepancy import Finding, Question
+from ident.discrepancy.by_evidence import diagnose_with_evidence, prior_by_evidence
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.power.planned import known_from_run, planned_sizes
 from ident.discrepancy.by_evidence.power.smallest import Smallest
@@ -102,12 +102,16 @@ def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, Fl
     question = Question(
         robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,))
     )
-    answer = diagnose_by_evidence(question)
+    found, _ = diagnose_with_evidence(question)
     return line | {
         "ratio": drawn.ratio,
-        "verdict": answer.verdict,
-        "names": [[one.name, list(one.joints), one.probability, one.named] for one in answer.findings],
+        "verdict": found.verdict,
+        "names": [[one.effect, list(one.joints), one.probability, is_named(one)] for one in found.findings],
     }
+
+
+def is_named(finding: Finding) -> bool:
+    return finding.confirmation.passed and not finding.indistinguishable_from
 
 
 def place_of(effect: str, axes: Sequence[int], robot: Robot) -> tuple[int, ...]:
