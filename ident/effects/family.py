@@ -88,7 +88,7 @@ class State:
     time: FloatArray | None = None
     torque: FloatArray | None = None
     load: Load | None = None
-    _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(2), compare=False)
+    _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(4), compare=False)
 
     def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
         """What effects ask of this motion and of one model again and again, made once; by the very model."""

@@ -41,12 +41,11 @@ class Present:
     _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
     _link_torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
     _masses: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
-    _low_cutoff: IdentityCache[State] = field(default_factory=IdentityCache, repr=False, compare=False)
     _others: dict[tuple[str, Place], Present] = field(default_factory=dict, repr=False, compare=False)
 
     def forget(self) -> None:
         """Motions that it was asked about, and what is made of them."""
-        for kept in (self._torques, self._link_torques, self._masses, self._low_cutoff):
+        for kept in (self._torques, self._link_torques, self._masses):
             kept.forget()
 
     def without(self, name: str, place: Place) -> Present:
@@ -76,7 +75,8 @@ class Present:
 
     def low_cutoff(self, state: State) -> State:
         """The motion through a filter with a lower cut-off."""
-        return self._low_cutoff.of(state, lambda: low_cutoff_motion(self.model.robot, state))
+        robot = self.model.robot
+        return state.once(robot, "low cut-off", lambda: low_cutoff_motion(robot, state))
 
     def link_torque(self, state: State) -> FloatArray:
         """Torque of the links alone, samples × joints."""
