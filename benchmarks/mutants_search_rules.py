@@ -401,6 +401,18 @@ RULES = (
         ")",
     ),
     Broken(
+        "a name that contains several has to be likelier than all of these",
+        f"{_BY}decide/told.py",
+        "if instead.log_evidence < found.log_evidence:",
+        "if True:",
+    ),
+    Broken(
+        "by the data alone: one cause is likelier than several before them",
+        f"{_BY}decide/told.py",
+        "if instead.log_evidence < found.log_evidence:",
+        "if instead.log_posterior < found.log_posterior:",
+    ),
+    Broken(
         "all joints where a name acts count together",
         f"{_BY}decide/no_name.py",
         "np.prod(usual_at + _AT_A_JOINT * more)",

@@ -8,9 +8,7 @@ from functools import partial
 
 import numpy as np
 from scipy.special import expit
-from scipy.stats import chi2
 
-from ident.discrepancy.accepted import unsure_size
 from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.before_after import gate_of
 from ident.discrepancy.by_evidence.confirm.borne_out import borne_out
@@ -26,7 +24,6 @@ from ident.discrepancy.by_evidence.decide.left_over import (
 )
 from ident.discrepancy.by_evidence.decide.likeliest import likeliest
 from ident.discrepancy.by_evidence.decide.names import (
-    HELD,
     NOTHING,
     Key,
     Named,
@@ -38,6 +35,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.by_evidence.decide.told import unsure
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import settings_for
@@ -197,19 +195,12 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
         placed=placed,
         names=slot(search, searched, number, without, held).names,
         parameters=parameters_of(placed, units, theta, deviation),
-        unsure=unsure_size(
-            placed, member.candidate.family.essential, theta, deviation, _are_told(theta, covariance)
-        ),
+        unsure=unsure(search, searched, number, deviation),
         confirmation=held.confirmation(found, without),
         explains=float(sizes[joint]),
         left=_left(search.problem, found, joint),
         fails=_fails(searched, held, joint),
     )
-
-
-def _are_told(theta: FloatArray, covariance: FloatArray) -> bool:
-    """Whether parameters together are told from nothing at 95 %, as some are that share out one size."""
-    return bool(theta @ np.linalg.solve(covariance, theta) > chi2.ppf(HELD, theta.size))
 
 
 def _of_gains(problem: Problem, found: Found, number: int) -> FloatArray:

@@ -1,0 +1,56 @@
+"""Whether what makes a member of a set its effect is told from its absence.
+
+Its sizes say so at 95 %. And an effect that contains others, as friction that changes with warmth contains
+dry and viscous friction, has to be likelier by the data than these together. It is one cause where they are
+several, so by its prior it stands in their place also where nothing of it shows but them: two frictions of
+one joint were a drift that settles in 2000 ± 18 000 s, and was named.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import chi2
+
+from ident.discrepancy.accepted import unsure_size
+from ident.discrepancy.by_evidence.decide.names import HELD
+from ident.discrepancy.by_evidence.decide.search import Search, Searched
+from ident.discrepancy.by_evidence.decide.state import Member, found_set
+from robots.arrays import FloatArray
+
+
+def unsure(search: Search, searched: Searched, number: int, deviation: FloatArray) -> str:
+    """What makes a member its effect and is not told from its absence, in words; empty where all is.
+
+    Args:
+        search, searched: the set.
+        number: of the member.
+        deviation: (p,) of its parameters, in their units.
+    """
+    member, (theta, covariance) = searched.found.members[number], searched.found.theta(number)
+    together = bool(theta @ np.linalg.solve(covariance, theta) > chi2.ppf(HELD, theta.size))
+    essential = member.candidate.family.essential
+    sizes = unsure_size(member.entry.placed, essential, theta, deviation, together)
+    return sizes or _no_more_than_its_parts(search, searched, number)
+
+
+def _no_more_than_its_parts(search: Search, searched: Searched, number: int) -> str:
+    """Which names that a member contains say as much, in words; empty where they do not."""
+    found, member = searched.found, searched.found.members[number]
+    name, joints = member.candidate.key
+    here = {one.candidate.key for one in found.members}
+    parts = [
+        Member(entry, 0.0)
+        for entry in searched.entries
+        if entry.candidate.family.name in member.candidate.family.contains
+        and entry.candidate.place.joints == joints
+        and entry.candidate.key not in here
+        and not entry.candidate.shapes
+    ]
+    if not parts:
+        return ""
+    without = search.without(found, number)
+    instead = found_set(search.problem, (*without.members, *parts), found.level, member.joints)
+    if instead.log_evidence < found.log_evidence:
+        return ""
+    names = " and ".join(one.candidate.family.name.replace("_", " ") for one in parts)
+    return f"{names} say as much as this {name.replace('_', ' ')}"
