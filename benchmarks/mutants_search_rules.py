@@ -413,6 +413,12 @@ RULES = (
         "if instead.log_posterior < found.log_posterior:",
     ),
     Broken(
+        "forms of what rows hold the most of alone are less sure",
+        f"{_BY}decide/names.py",
+        "price, possible, left, rough)",
+        "price, possible, left)",
+    ),
+    Broken(
         "all joints where a name acts count together",
         f"{_BY}decide/no_name.py",
         "np.prod(usual_at + _AT_A_JOINT * more)",

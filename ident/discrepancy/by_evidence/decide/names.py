@@ -154,8 +154,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     precision = search.problem.rows.known.precision[: search.problem.beta.count]
     price = price_of_parameters(precision, without.posterior, found.posterior)
     possible, left = log_possible(search.problem, found, number), left_beside(search.problem, found, number)
-    odds[NO_NAME, own[1]] = odds[own]
-    odds[NO_NAME, own[1]] += odds_of_no_name(held.alone(found, number), seen, price, possible, left)
+    alone, rough = held.alone(found, number), found.members[number].candidate.family.rough
+    odds[NO_NAME, own[1]] = odds[own] + odds_of_no_name(alone, seen, price, possible, left, rough)
     listed = probabilities(odds, forms)
     return Slot(as_limit(listed, own, *_forms(search, found, without, listed, own, candidates)))
 

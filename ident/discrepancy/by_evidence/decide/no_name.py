@@ -44,11 +44,16 @@ _AT_A_JOINT = 0.5
 _FORM = 0.03
 """Of a name's torque, by which its form and its shapes are wrong where it is there."""
 
+_FORM_OF_ROUGH = 0.3
+"""The same of what rows hold the most of alone: impacts, ringing and what comes at once."""
+
 _USUAL = 0.5
 """Of ln κ about ln κ accepted beside a name that is there, where the density is half as high."""
 
 
-def odds_of_no_name(alone: Shown, refitted: Shown, price: float, possible: float, left: float) -> float:
+def odds_of_no_name(
+    alone: Shown, refitted: Shown, price: float, possible: float, left: float, rough: bool = False
+) -> float:
     """Log odds of something without a name against the name that comes nearest; the rows' part coarsened.
 
     On the rows that were fitted it makes the torque of the name, beside the parameters that the name has. Or
@@ -61,9 +66,11 @@ def odds_of_no_name(alone: Shown, refitted: Shown, price: float, possible: float
         price: nats (:func:`price_of_parameters`).
         possible: log probability that the sizes of names are possible (:func:`log_possible`).
         left: nats of what stays unexplained (:func:`left_beside`).
+        rough: whether rows hold only the most of the name.
     """
+    form = _FORM_OF_ROUGH if rough else _FORM
     of_member, of_set = (
-        Shown(one.share, float(np.hypot(one.sigma, _FORM))) if one.sigma > 0.0 else one
+        Shown(one.share, float(np.hypot(one.sigma, form))) if one.sigma > 0.0 else one
         for one in (alone, refitted)
     )
     nats = max(of_member.nats_of_no_name, of_set.nats_of_no_name - price)

@@ -45,6 +45,19 @@ def test_no_form_is_right_to_a_per_mille() -> None:
     assert odds_of_no_name(silent, silent, 0.0, 0.0, 0.0) == pytest.approx(np.log(0.1))
 
 
+def test_of_what_rows_hold_the_most_of_alone_a_third_may_be_another() -> None:
+    """Of a play that is there other motion showed 0.58 ± 0.04: where its edges lie a few rows say (96216)."""
+    some = Shown(0.577, 0.036)
+    wide = Shown(0.577, float(np.hypot(0.036, 0.3))).nats_of_no_name
+    assert odds_of_no_name(some, some, 0.0, 0.0, 0.0, rough=True) == pytest.approx(np.log(0.1) + 0.5 * wide)
+    assert (
+        odds_of_no_name(some, some, 0.0, 0.0, 0.0, rough=True)
+        < -1.5
+        < 10.0
+        < odds_of_no_name(some, some, 0.0, 0.0, 0.0)
+    )
+
+
 def test_names_of_impossible_sizes_are_something_without_a_name() -> None:
     """Coarsened as all evidence is: the sizes come of the same rows. What is left counts by its prior."""
     nats = with_form(SHARP)

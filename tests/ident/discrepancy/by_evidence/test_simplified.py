@@ -141,6 +141,12 @@ def test_a_name_whose_size_is_impossible_is_none(monkeypatch: pytest.MonkeyPatch
     assert asked(monkeypatch, rival=1.0, own=200.0, shares=whole).named > 0.98
 
 
+def test_of_a_play_other_motion_may_show_no_more_than_two_thirds(monkeypatch: pytest.MonkeyPatch) -> None:
+    shares = {"nothing": Shown(0.65, 0.04), "rival": UNSEEN}
+    assert asked(monkeypatch, rival=1.0, own=200.0, shares=shares).named < 0.01
+    assert asked(monkeypatch, rival=1.0, own=200.0, shares=shares, rough=True).named > 0.88
+
+
 OWN, RIVAL = ("load_dependent_friction", (1,)), ("torque_ripple", (1,))
 UNSEEN = Shown(0.0, 0.0)
 
@@ -155,6 +161,7 @@ def asked(
     adds: bool = True,
     possible: float = 0.0,
     price: float = 0.0,
+    rough: bool = False,
 ) -> names.Slot:
     """The names of a set with one member, of which the rows that were fitted have so many nats.
 
@@ -168,10 +175,12 @@ def asked(
         adds: whether the other has more, as far as the recordings show.
         possible: log probability of the sizes.
         price: nats that parameters of the set without it cost.
+        rough: whether rows hold only the most of it.
     """
     monkeypatch.setattr(names, "log_possible", lambda *given: possible)
     monkeypatch.setattr(names, "left_beside", lambda *given: 0.0)
-    candidates = [SimpleNamespace(key=key, family=SimpleNamespace(contains=())) for key in (other, OWN)]
+    family = SimpleNamespace(contains=(), rough=rough)
+    candidates = [SimpleNamespace(key=key, family=family) for key in (other, OWN)]
     listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]
     monkeypatch.setattr(names, "screen", lambda *given: listed)
     moved = SimpleNamespace(known=np.array([np.sqrt(2.0 * price), 9.0]))  # a parameter and a lag
