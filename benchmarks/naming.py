@@ -14,6 +14,7 @@ import argparse
 import json
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -168,18 +169,20 @@ def hidden(
         return Scenario.from_dict({"format": 1, **noise}), (), 0.0
     drawn: list[DrawnScenario] = []
     for one in effect.split("+"):
-
-        def allowed(axes: tuple[int, ...], before: Sequence[DrawnScenario] = tuple(drawn)) -> bool:
-            if kind == "triple":
-                return not any(set(axes) & set(earlier.axes) for earlier in before)
-            return kind != "one joint" or all(axes == earlier.axes for earlier in before)
-
-        drawn.append(draw_scenario(robot, one, seed, size, truth=truth, reference=path, allowed=allowed))
+        beside = partial(_may_sit, kind, [other.axes for other in drawn])
+        drawn.append(draw_scenario(robot, one, seed, size, truth=truth, reference=path, allowed=beside))
     scenario = drawn[0].scenario
     for other in drawn[1:]:
         scenario = scenario.merged(other.scenario)
     axes = drawn[0].axes if len(drawn) == 1 else [one.axes for one in drawn]
     return scenario, axes, min(one.ratio for one in drawn)
+
+
+def _may_sit(kind: str, taken: Sequence[tuple[int, ...]], axes: tuple[int, ...]) -> bool:
+    """Whether an effect may sit on some axes beside those that sit on others."""
+    if kind == "triple":
+        return not any(set(axes) & set(one) for one in taken)
+    return kind != "one joint" or all(axes == one for one in taken)
 
 
 def record(robot: Robot, truth: PlantTruth, scenario: Scenario, path: FloatArray, seed: int) -> Recording:
