@@ -22,6 +22,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 import robots
+from benchmarks.evidence.asked import is_named
 from benchmarks.evidence.case import Case
 from benchmarks.naming_parameters import compared
 from benchmarks.naming_report import NAMES, lines_of, picture, report
@@ -207,7 +208,7 @@ def summary(found: Diagnosis) -> dict[str, Any]:
                 "effect": finding.effect,
                 "joints": list(finding.joints),
                 "score": finding.score,
-                "named": finding.confirmation.passed and not finding.indistinguishable_from,
+                "named": is_named(finding),
                 "probability": finding.probability,
                 "set": [[[c.effect], [list(c.joints)]] for c in finding.indistinguishable_from],
                 "parameters": {p.name: [p.value, p.sigma] for p in finding.parameters},

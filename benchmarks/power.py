@@ -23,6 +23,7 @@ import numpy as np
 
 import robots
 from benchmarks import naming, naming_detection
+from benchmarks.evidence.asked import is_named
 from benchmarks.naming_report import NAMES, lines_of, share
 from drivers.errors import DriveError
 from drivers.simulated import PlantTruth, draw_truth
@@ -30,7 +31,7 @@ from drivers.simulated.drawing import DrawnScenario, draw_scenario, gap
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import Scenario
 from ident import Recording
-from ident.discrepancy import Finding, Question
+from ident.discrepancy import Question
 from ident.discrepancy.by_evidence import diagnose_with_evidence, prior_by_evidence
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.power.planned import known_from_run, planned_sizes
@@ -108,10 +109,6 @@ def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, Fl
         "verdict": found.verdict,
         "names": [[one.effect, list(one.joints), one.probability, is_named(one)] for one in found.findings],
     }
-
-
-def is_named(finding: Finding) -> bool:
-    return finding.confirmation.passed and not finding.indistinguishable_from
 
 
 def place_of(effect: str, axes: Sequence[int], robot: Robot) -> tuple[int, ...]:

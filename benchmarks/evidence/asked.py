@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.evidence.case import Case
 from ident import IdentificationError
-from ident.discrepancy import Diagnosis
+from ident.discrepancy import Diagnosis, Finding
 from ident.discrepancy.by_evidence import diagnose_with_evidence
 from ident.discrepancy.by_evidence.report.as_json import answer_json
 
@@ -36,14 +36,18 @@ def _by_evidence(case: Case) -> dict[str, Any]:
     return {**{key: content[key] for key in kept}, **_answer(found, sets)}
 
 
+def is_named(finding: Finding) -> bool:
+    """Whether a name counts as named: it is confirmed and nothing else could be it."""
+    return finding.confirmation.passed and not finding.indistinguishable_from
+
+
 def _answer(found: Diagnosis, sets: Mapping[tuple[str, tuple[int, ...]], list[Any]]) -> dict[str, Any]:
-    """A name counts as named where it is confirmed and nothing else could be it."""
     names = [
         {
             "name": one.effect,
             "joints": list(one.joints),
             "probability": one.probability,
-            "named": one.confirmation.passed and not one.indistinguishable_from,
+            "named": is_named(one),
             "set": sets.get((one.effect, one.joints), [[one.effect, list(one.joints), 1.0]]),
         }
         for one in found.findings

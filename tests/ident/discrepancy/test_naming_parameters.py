@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from argparse import Namespace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -155,6 +156,13 @@ def test_the_share_within_three_deviations() -> None:
     assert coverage([*lines, {}]) == {"payload: M_payload": [True, True, False, False]}
 
 
+def reported(lines: Sequence[Mapping[str, object]], folder: Path) -> str:
+    """The report of such results."""
+    file = folder / "naming.jsonl"
+    file.write_text("".join(json.dumps(one) + "\n" for one in lines), encoding="utf-8")
+    return naming_report.report(file)
+
+
 def test_the_report_tells_the_gap_joint_by_joint_and_of_the_whole_arm(tmp_path: Path) -> None:
     line = {
         "kind": "single",
@@ -168,11 +176,9 @@ def test_the_report_tells_the_gap_joint_by_joint_and_of_the_whole_arm(tmp_path: 
         "explainable": [[8.0**0.5, 0.0], [0.75, 0.0]],
         "compared": {"payload": {"M_payload": [1.0, 0.1, 1.05]}},
     }
-    file = tmp_path / "naming.jsonl"
     clean = line | {"kind": "clean", "findings": [], "explainable": [[0.3, 0.4], [0.3, 0.4]], "compared": {}}
     lines = [line, clean, clean | {"explainable": [[0.6, 0.0], [0.6, 0.0]]}]
-    file.write_text("".join(json.dumps(one) + "\n" for one in lines), encoding="utf-8")
-    text = naming_report.report(file)
+    text = reported(lines, tmp_path)
     assert "named (confirmed, alone) | 100 % [21, 100] of 1 |" in text
     assert "something else named, any kind of run | 0 % [0, 56] of 3 |" in text
     assert "| gap of clean arms in floors, all joints, median | 0.55 |" in text
@@ -196,14 +202,14 @@ def test_a_pair_counts_as_reported_where_both_are_found_or_in_a_set() -> None:
 
 
 def test_several_hidden_effects_count_where_all_are_found_at_their_places(tmp_path: Path) -> None:
-    def line(kind: str, effects: str, axes: list[list[int]], found: list[tuple[str, list[int]]]) -> str:
+    def line(
+        kind: str, effects: str, axes: list[list[int]], found: list[tuple[str, list[int]]]
+    ) -> dict[str, object]:
         findings = [
             {"effect": effect, "joints": joints, "set": [], "named": True} for effect, joints in found
         ]
-        return json.dumps(
-            {"kind": kind, "effect": effects, "axes": axes, "seed": 1, "verdict": "named"}
-            | {"findings": findings}
-        )
+        known = {"kind": kind, "effect": effects, "axes": axes, "seed": 1, "verdict": "named"}
+        return known | {"findings": findings}
 
     three, places = "payload+backlash+torque_ripple", [[], [2], [5]]
     whole = [("payload", []), ("backlash", [2]), ("torque_ripple", [5])]
@@ -214,9 +220,7 @@ def test_several_hidden_effects_count_where_all_are_found_at_their_places(tmp_pa
         line("triple", three, places, whole[:2]),
         line("triple", three, places, []),
     ]
-    file = tmp_path / "naming.jsonl"
-    file.write_text("".join(f"{one}\n" for one in lines), encoding="utf-8")
-    text = naming_report.report(file)
+    text = reported(lines, tmp_path)
     assert "| something else named, any kind of run | 20 % [4, 62] of 5 |" in text
     assert "| two hidden at one joint: all named first | 50 % [9, 91] of 2 |" in text
     assert "| two hidden at one joint: a finding that is none of them | 50 % [9, 91] of 2 |" in text

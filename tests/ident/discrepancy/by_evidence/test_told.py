@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +16,9 @@ from tests.ident.discrepancy.by_evidence.toy_effects import family, problem_of, 
 PART = Shape("part", "1", (0.2, 0.6), 0.0, 1.0)
 
 
-def both(position: FloatArray, shape: object) -> FloatArray:
+def both(position: FloatArray, shape: Sequence[float]) -> FloatArray:
     """Nine half waves, and a part of seventeen."""
-    (part,) = shape  # type: ignore[misc]
-    return wave(9.0, position) + part * wave(17.0, position)
+    return wave(9.0, position) + shape[0] * wave(17.0, position)
 
 
 NINE, THIRTEEN = waves("nine", w9=1.0), waves("thirteen", w13=1.0)
