@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,8 @@ from benchmarks.evidence.scores import (
     shown_wrong,
     wrong,
 )
-from benchmarks.foreign_plant import ARMS, NAMES
+from benchmarks.evidence.whole import effect_of
+from benchmarks.foreign_plant import ARMS, NAMES, Settings, record
 from benchmarks.naming_report import NAMES as NAMES_OF_OWN
 from drivers.simulated.scenario import OUTSIDE_VOCABULARY
 from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
@@ -126,3 +128,15 @@ def test_what_is_drawn_the_plant_can_hide() -> None:
     assert any(name == UNKNOWN for name, _ in truths)
     assert all(joints == () for name, joints in truths if name in ("payload", "base_tilt"))
     assert {arm for arm, _ in drawn} == set(ARMS)
+
+
+@pytest.mark.slow
+def test_what_is_drawn_its_log_shows_whatever_the_noise_does() -> None:
+    """On the arm of 300 kg logs with the same noise differ by more than it where one reading rounds up."""
+    arm, settings = ARMS["heavy6"], Settings(motion="multisine", law="p_pi", periods=1, step=2e-4)
+    effect = effect_of(np.random.default_rng(1), "gravity_spring", 1, arm, settings, 96251)
+    with_it, without = (
+        record(arm, replace(settings, noise=0.0), one, 96251, 0).control_signal for one in ((effect,), ())
+    )
+    noise = record(arm, settings, (), 96251, 0).control_signal - without
+    assert (np.std(with_it - without, axis=0) / np.std(noise, axis=0)).max() > 1.5

@@ -1,8 +1,9 @@
 """Effects of all that a foreign plant can hide, each so large that its own log shows it.
 
 The older draw (:mod:`benchmarks.evidence.drawn`) had 22 names, some so small that no log could show them.
-This one has every name of the plant, and enlarges an effect until the torque of some drive changes by twice
-the drives' noise, or its position by twenty times the encoders': both logs have the same noise.
+This one has every name of the plant, and enlarges an effect until it changes the torque of some drive by
+twice the noise that this has, or its position by twenty times the encoders'. What it changes is told by logs
+without noise: the same noise makes another log where a reading falls on another side of the encoder's step.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from benchmarks.foreign_plant import Arm, Effect, Settings, record
 from benchmarks.foreign_plant.effects import OUTSIDE
+from robots.arrays import FloatArray
 
 _SHARES = {
     "viscous_friction": ("viscous", 0.4),
@@ -66,9 +68,6 @@ _STEP, _MOST = 1.5, 8
 _COARSE = 2e-4
 """s; four times the step of a log: whether an effect shows is no matter of the last digit."""
 
-_TORQUE_NOISE = 0.0011
-"""Of a drive, process and log together, as a share of its torque limit."""
-
 _ENCODER_NOISE = 1.6e-6
 _SHOWN, _OF_POSITION = 2.0, 0.1
 """Root mean square of the change of a torque, in those of the noise, and what one of a position counts."""
@@ -94,7 +93,9 @@ def effect_of(
     """
     factor = float(np.exp(random.normal(0.0, 0.3)))
     short = replace(settings, periods=1, step=_COARSE)
-    clean = record(arm, short, (), seed, 0)
+    quiet = replace(short, noise=0.0)
+    clean = record(arm, quiet, (), seed, 0)
+    noise = _rms(record(arm, short, (), seed, 0).control_signal - clean.control_signal)
     joint = min(joint, arm.n - 2) if name == "wrist_coupling" else max(joint, 1 if name == "crosstalk" else 0)
     effect = Effect(name, -1 if name in _OF_ARM else joint, factor * _usual(name, joint, arm))
     if name == "saturation":
@@ -102,16 +103,19 @@ def effect_of(
         effect = replace(effect, size=peak * min(0.97, 0.9 * factor**0.2))
     step = 1.0 / _STEP if name in _LESS_IS_MORE else _STEP
     step = 0.95 if name == "saturation" else step
-    gain = np.array([link.gain for link in arm.links])
-    noise = _TORQUE_NOISE * np.array([link.torque for link in arm.links]) / gain
     for _ in range(_MOST):
-        log = record(arm, short, (effect,), seed, 0)
-        torque = np.sqrt(np.mean((log.control_signal - clean.control_signal) ** 2, axis=0)) / noise
-        position = np.sqrt(np.mean((log.position - clean.position) ** 2, axis=0)) / _ENCODER_NOISE
+        log = record(arm, quiet, (effect,), seed, 0)
+        torque = _rms(log.control_signal - clean.control_signal) / noise
+        position = _rms(log.position - clean.position) / _ENCODER_NOISE
         if max(torque.max(), _OF_POSITION * position.max()) >= _SHOWN:
             return effect
         effect = replace(effect, size=effect.size * step)
     raise RuntimeError(f"{arm.name}: no size of {name} at joint {joint + 1} shows in the log of seed {seed}")
+
+
+def _rms(change: FloatArray) -> FloatArray:
+    """(n,) over the samples."""
+    return np.asarray(np.sqrt(np.mean(change**2, axis=0)))
 
 
 def _usual(name: str, joint: int, arm: Arm) -> float:

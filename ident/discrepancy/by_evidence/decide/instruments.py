@@ -53,8 +53,10 @@ class Simulation:
     def __call__(self, recording: Recording) -> FloatArray | None:
         """Positions (samples, n) of the simulated arm; None where it cannot be simulated.
 
-        What the controller adds beside the described law is added.
+        What the controller adds beside the described law is added. A loop with an effect may ring where the
+        arm's does not, or otherwise than it; then the model without it is nearer, and stands for the arm.
         """
+        alone = None if not self.beside else Simulation(self.base, self.beta)(recording)
         robot = self.base.model.robot
         beside = unknown_feed_forward(robot, recording)
         if beside is not None and beside.there.any():
@@ -65,10 +67,18 @@ class Simulation:
         standard = existing(model, standard, recording.position)
         try:
             standard = np.concatenate([standard, *(values for _, values in self.beside)])
-            return simulate(whole, standard, recording).position
+            position = simulate(whole, standard, recording).position
         except IdentificationError as error:
             _log.info("no simulated motion: %s", error)
-        return Simulation(self.base, self.beta)(recording) if self.beside else None
+            return alone
+        return position if alone is None else _nearer(recording, position, alone)
+
+
+def _nearer(recording: Recording, one: FloatArray, other: FloatArray) -> FloatArray:
+    """Of two simulated motions (samples, n) the one that is nearer to the recorded, over all joints alike."""
+    away = [np.sum((motion - recording.position) ** 2, axis=0) for motion in (one, other)]
+    farther = np.log(np.maximum(away, np.finfo(float).tiny))
+    return one if np.sum(farther[0]) <= np.sum(farther[1]) else other
 
 
 def fitted_motion(base: BaseParameters, prior: Prior | None, recordings: Sequence[Recording]) -> Prepared:
