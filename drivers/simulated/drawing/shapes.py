@@ -107,8 +107,8 @@ def elastic(rng: np.random.Generator, place: Place) -> Entries:
 
 
 def elastic_sized(magnitude: float, shape: Entries) -> Entries:
-    # From a rotor that swings against its output at 160 Hz down to 8 Hz.
-    frequency = 160.0 * (8.0 / 160.0) ** magnitude
+    # From a rotor that swings against its output at 80 Hz, which the loop of its drive still damps, to 8 Hz.
+    frequency = 80.0 * (8.0 / 80.0) ** magnitude
     return {"stiffness": shape["inertia"] * (2.0 * np.pi * frequency) ** 2}
 
 

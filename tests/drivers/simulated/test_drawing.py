@@ -9,6 +9,8 @@ from drivers import DriveError
 from drivers.simulated import draw_scenario, draw_truth
 from drivers.simulated.drawing import EFFECTS, exercise
 from drivers.simulated.drawing.gap import Ruler, silent
+from drivers.simulated.drawing.shapes import Place
+from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import EMPTY, OUTSIDE_VOCABULARY, Scenario
 from robots import Robot
 
@@ -88,3 +90,17 @@ def test_a_silent_arm_has_no_noise(tx40: Robot) -> None:
     quiet = silent(draw_truth(tx40, 1))
     assert not any(quiet.torque_noise + quiet.encoder_noise)
     assert quiet.parameters == draw_truth(tx40, 1).parameters
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["joint_elasticity", "stiffening_elasticity"])
+@pytest.mark.parametrize("drive", [1, 2])
+def test_a_gear_that_hardly_gives_way_leaves_its_drive_still(tx40: Robot, effect: str, drive: int) -> None:
+    """From 140 Hz on the loops of these drives swing with the gear, and what is hidden is a vibration."""
+    path, truth = exercise(tx40, 3.0), silent(draw_truth(tx40, 1410080))
+    ruler = Ruler.of(tx40, truth, path)
+    shape = EFFECTS[effect].shape(np.random.default_rng(0), Place((drive,), tx40, ruler))
+    soft = Scenario.from_dict({"format": 1, **EFFECTS[effect].entries(1e-4, (drive,), shape)})
+    with_it, without = (simulate_offline(tx40, truth, path, scenario=one) for one in (soft, EMPTY))
+    steps = [np.diff(run.control_signal, axis=0).std(axis=0) for run in (with_it, without)]
+    assert (steps[0] / steps[1]).max() < 1.5
