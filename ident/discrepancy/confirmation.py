@@ -56,16 +56,16 @@ class Shown:
     def nats_in_loop(self, at_reversals: bool) -> float:
         """The same of a simulated loop.
 
-        Less than nothing is neither of the two, nor is more than all: so large at least is what the loop does
-        otherwise than both, which no deviation over blocks knows.
+        What is neither all nor nothing is neither of the two: as far as the share is from the nearer one, so
+        large at least is what the loop does otherwise than both, which no deviation over blocks knows.
 
         Args:
             at_reversals: whether the finding shows there alone, where its change is of another size than
                 elsewhere: then more than all of it is all.
         """
-        nearest = float(np.clip(self.share, 0.0, 1.0))
-        beyond = min(self.share, 0.0) if at_reversals else self.share - nearest
-        return Shown(nearest, float(np.hypot(self.sigma, beyond))).nats
+        share = min(self.share, 1.0) if at_reversals else self.share
+        away = min(abs(share), abs(1.0 - share))
+        return Shown(float(np.clip(share, 0.0, 1.0)), float(np.hypot(self.sigma, away))).nats
 
     @property
     def nats_of_no_name(self) -> float:

@@ -15,8 +15,11 @@ import robots
 from ident.discrepancy.by_evidence import diagnosis, in_motion
 from ident.discrepancy.by_evidence.decide.names import Named, Slot, probabilities, with_nats
 from ident.discrepancy.by_evidence.taken import is_of_reversals, rivals_in_loop, with_forms
+from ident.discrepancy.component import Component
 from ident.discrepancy.confirmation import Shown
 from ident.discrepancy.validation import Validation
+from ident.effects.family import Place
+from ident.effects.vocabulary import family_named
 
 NAMES = ("drifting_friction", "hysteresis", "static_friction")
 KEYS = [(name, (0,)) for name in NAMES]
@@ -65,6 +68,7 @@ def settled(
     """
     no_size: Any = lambda course, k: course.findings[k].component.key[0] == nothing  # noqa: E731
     monkeypatch.setattr(in_motion, "_may_be_nothing", no_size)
+    monkeypatch.setattr(in_motion, "_is_its_parts", lambda *_: False)
     if in_motion.is_of_reversals is is_of_reversals:
         monkeypatch.setattr(in_motion, "is_of_reversals", lambda robot, rival: True)
     monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
@@ -103,7 +107,7 @@ def test_the_moving_rows_are_weighed_with_the_loop(
 ) -> None:
     name, likely = settled(monkeypatch, (rows, 66.0, 0.0), {(DRIFTING, HYSTERESIS): share})
     assert name == stands and likely is not None
-    odds = rows - 66.0 - share.nats
+    odds = rows - 66.0 - share.nats_in_loop(True)
     assert likely[DRIFTING] == pytest.approx(expit(odds), abs=1e-9)
     assert likely[HYSTERESIS] == pytest.approx(expit(-odds), abs=1e-9)
 
@@ -190,7 +194,8 @@ def test_forms_that_a_name_stands_for_are_asked_of_the_loop_one_by_one() -> None
 def test_the_loop_tells_a_name_from_a_form_that_contains_it(
     monkeypatch: pytest.MonkeyPatch, shown: Shown, stands: Any, beside: list[Any]
 ) -> None:
-    monkeypatch.setattr(in_motion, "_may_be_nothing", lambda course, number: False)
+    for doubt in ("_may_be_nothing", "_is_its_parts"):
+        monkeypatch.setattr(in_motion, doubt, lambda *_: False)
     monkeypatch.setattr(in_motion, "is_of_reversals", lambda robot, rival: False)
     monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
     monkeypatch.setattr(in_motion, "component_of", lambda _, placed: SimpleNamespace(key=DEAD))
@@ -209,10 +214,58 @@ def test_a_share_beyond_nothing_or_all_says_no_more_than_that() -> None:
     """Each of two names had less than nothing in the other's place: −55.4 ± 0.5 and −51.7 ± 0.5."""
     for there in (True, False):
         assert Shown(-55.4, 0.5).nats_in_loop(there) == pytest.approx(-0.5 / 55.4**2, rel=0.02)
-        assert Shown(0.2, 0.1).nats_in_loop(there) == Shown(0.2, 0.1).nats == pytest.approx(-30.0)
+        assert Shown(0.0, 0.1).nats_in_loop(there) == Shown(0.0, 0.1).nats == pytest.approx(-50.0)
         assert Shown(0.0, 0.0).nats_in_loop(there) == 0.0
     assert Shown(685.0, 7.4).nats_in_loop(False) == pytest.approx(0.5 / 684.0**2, rel=0.02)
     assert Shown(1.57, 0.1).nats_in_loop(False) == pytest.approx(0.5 / (0.57**2 + 0.1**2))
+
+
+def test_a_share_between_nothing_and_all_is_neither() -> None:
+    """Of what viscous does otherwise than dry friction 0.514 ± 0.045 was there: a power of the speed."""
+    for there in (True, False):
+        assert Shown(0.514, 0.045).nats_in_loop(there) == pytest.approx(0.014 / (0.486**2 + 0.045**2))
+        assert Shown(0.2, 0.1).nats_in_loop(there) == pytest.approx(-0.3 / (0.2**2 + 0.1**2))
+
+
+@pytest.mark.parametrize(
+    ("name", "shown", "asked", "is_parts"),
+    [
+        ("drifting_friction", Shown(0.2, 0.66), ["coulomb_friction", "viscous_friction"], True),
+        ("drifting_friction", Shown(0.9, 0.1), ["coulomb_friction", "viscous_friction"], False),
+        ("drifting_friction", None, ["coulomb_friction", "viscous_friction"], False),
+        ("stribeck_friction", Shown(0.2, 0.66), [], False),  # it contains one name, which is what stands
+    ],
+)
+def test_a_rival_that_is_no_more_than_what_it_contains_is_none(
+    monkeypatch: pytest.MonkeyPatch, name: str, shown: Shown | None, asked: list[str], is_parts: bool
+) -> None:
+    """Dry and viscous friction were a drift that settles in 43 ± 2000 s; the loop has no price for it."""
+    robot = robots.load("tx40")
+    family, place = family_named(name), Place("drive", (2,))
+    rest = SimpleNamespace(component="another finding", basis=None)
+    step: Any = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=robot)))
+    course: Any = SimpleNamespace(findings=[SimpleNamespace(component=None), rest], step=step)
+    rival = Component(family, place, ())
+    other: Any = SimpleNamespace(findings=[SimpleNamespace(component=rival), rest], step="with the rival")
+    taken: list[Any] = []
+
+    def beside(course: Any, components: Sequence[Any]) -> Any:
+        taken.extend(components)
+        return SimpleNamespace(step="with its parts")
+
+    monkeypatch.setattr(in_motion, "_taken", beside)
+    compared: list[Any] = []
+
+    def shown_in_loop(*runs: Any) -> Shown | None:
+        compared.append(runs)
+        return shown
+
+    loop: Any = SimpleNamespace(loop_run=lambda step: step, shown_in_loop=shown_in_loop)
+    assert in_motion._is_its_parts(course, 0, other, loop) is is_parts
+    assert taken == (["another finding", *taken[1:]] if asked else [])
+    assert [one.family.name for one in taken[1:]] == asked
+    assert all(one.place == place and one.shape == () for one in taken[1:])
+    assert compared == ([("with its parts", "with the rival")] if asked else [])
 
 
 def test_at_reversals_the_change_is_of_another_size() -> None:
