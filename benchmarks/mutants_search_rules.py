@@ -565,14 +565,38 @@ RULES = (
     Broken(
         "what a loop does otherwise than both says nothing of either",
         "ident/discrepancy/confirmation.py",
-        "float(np.hypot(self.sigma, beyond))",
+        "float(np.hypot(self.sigma, away))",
         "self.sigma",
+    ),
+    Broken(
+        "what a loop does between nothing and all is neither of the two",
+        "ident/discrepancy/confirmation.py",
+        "away = min(abs(share), abs(1.0 - share))",
+        "away = max(-share, share - 1.0, 0.0)",
+    ),
+    Broken(
+        "a rival of the loop does better than all names together that it contains",
+        f"{_BY}in_motion.py",
+        "return shown is not None and not shown.there",
+        "return False",
+    ),
+    Broken(
+        "one name that a rival contains is what stands, and is not asked again",
+        f"{_BY}in_motion.py",
+        "if len(parts) < 2:",
+        "if False:",
+    ),
+    Broken(
+        "where nothing repeats the nearer of two simulated loops stands for the arm",
+        f"{_BY}decide/instruments.py",
+        "return one if np.sum(farther[0]) <= np.sum(farther[1]) else other",
+        "return one",
     ),
     Broken(
         "at reversals more than all is all",
         "ident/discrepancy/confirmation.py",
-        "min(self.share, 0.0) if at_reversals else self.share - nearest",
-        "self.share - nearest",
+        "share = min(self.share, 1.0) if at_reversals else self.share",
+        "share = self.share",
     ),
     Broken(
         "elsewhere more than all is neither",
@@ -929,8 +953,8 @@ RULES = (
     Broken(
         "a rival that the rows fit with no size is none",
         f"{_BY}in_motion.py",
-        "if other is None or _may_be_nothing(other, number):",
-        "if False:",
+        "_may_be_nothing(other, number) or _is_its_parts",
+        "_is_its_parts",
     ),
     Broken(
         "a rival takes a finding's place where loop and rows together say so",
@@ -941,8 +965,8 @@ RULES = (
     Broken(
         "more than all is all",
         "ident/discrepancy/confirmation.py",
-        "nearest = float(np.clip(self.share, 0.0, 1.0))",
-        "nearest = self.share",
+        "float(np.clip(share, 0.0, 1.0))",
+        "share",
     ),
     Broken(
         "what the loop shows between two names is in their odds",
