@@ -74,6 +74,7 @@ FIGURES = (
     Figure(f"{_BY}decide/no_name", "_IMITATED", "odds without a name | 0.1; imitated 0.2"),
     Figure(f"{_BY}decide/no_name", "_FORM", "width 0.5; 3 %"),
     Figure(f"{_BY}decide/no_name", "_FORM_OF_ROUGH", "more at a joint 0.5; 30 %"),
+    Figure(f"{_BY}decide/no_name", "_FORM_OF_FRICTION", "of friction 10 %"),
     Figure(f"{_BY}decide/no_name", "_USUAL", "imitated 0.2; width 0.5"),
     Figure(f"{_BY}decide/no_name", "_AT_A_JOINT", "width 0.5; 3 %; more at a joint 0.5"),
     Figure(f"{_BY}decide/search", "OF_JOINT", "frictions of a joint | two"),

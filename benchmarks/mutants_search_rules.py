@@ -415,7 +415,7 @@ RULES = (
     Broken(
         "forms of what rows hold the most of alone are less sure",
         f"{_BY}decide/names.py",
-        "price, possible, left, rough)",
+        "price, possible, left, form)",
         "price, possible, left)",
     ),
     Broken(

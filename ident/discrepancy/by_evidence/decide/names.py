@@ -14,6 +14,7 @@ import numpy as np
 
 from ident.discrepancy.by_evidence.decide.no_name import (
     NO_NAME,
+    form_error,
     left_beside,
     log_possible,
     odds_of_no_name,
@@ -154,8 +155,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     precision = search.problem.rows.known.precision[: search.problem.beta.count]
     price = price_of_parameters(precision, without.posterior, found.posterior)
     possible, left = log_possible(search.problem, found, number), left_beside(search.problem, found, number)
-    alone, rough = held.alone(found, number), found.members[number].candidate.family.rough
-    odds[NO_NAME, own[1]] = odds[own] + odds_of_no_name(alone, seen, price, possible, left, rough)
+    alone, form = held.alone(found, number), form_error(found.members[number])
+    odds[NO_NAME, own[1]] = odds[own] + odds_of_no_name(alone, seen, price, possible, left, form)
     listed = probabilities(odds, forms)
     return Slot(as_limit(listed, own, *_forms(search, found, without, listed, own, candidates)))
 

@@ -21,7 +21,7 @@ from scipy.special import log_ndtr
 
 from ident.discrepancy.by_evidence.decide.left_over import misfit_of, own_joint, torque_of
 from ident.discrepancy.by_evidence.decide.problem import Problem
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member
 from ident.discrepancy.by_evidence.evidence.known import Beta
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.confirmation import Shown
@@ -47,12 +47,15 @@ _FORM = 0.03
 _FORM_OF_ROUGH = 0.3
 """The same of what rows hold the most of alone: impacts, ringing and what comes at once."""
 
+_FORM_OF_FRICTION = 0.1
+"""The same of friction: some minutes later a drive is warmer, and has another."""
+
 _USUAL = 0.5
 """Of ln κ about ln κ accepted beside a name that is there, where the density is half as high."""
 
 
 def odds_of_no_name(
-    alone: Shown, refitted: Shown, price: float, possible: float, left: float, rough: bool = False
+    alone: Shown, refitted: Shown, price: float, possible: float, left: float, form: float = _FORM
 ) -> float:
     """Log odds of something without a name against the name that comes nearest; the rows' part coarsened.
 
@@ -66,15 +69,21 @@ def odds_of_no_name(
         price: nats (:func:`price_of_parameters`).
         possible: log probability that the sizes of names are possible (:func:`log_possible`).
         left: nats of what stays unexplained (:func:`left_beside`).
-        rough: whether rows hold only the most of the name.
+        form: share of the name's torque by which it may be another on other motion (:func:`form_error`).
     """
-    form = _FORM_OF_ROUGH if rough else _FORM
     of_member, of_set = (
         Shown(one.share, float(np.hypot(one.sigma, form))) if one.sigma > 0.0 else one
         for one in (alone, refitted)
     )
     nats = max(of_member.nats_of_no_name, of_set.nats_of_no_name - price)
     return float(np.log(OUTSIDE)) + left + TEMPERATURE * (nats - possible)
+
+
+def form_error(member: Member) -> float:
+    """Share of a name's torque by which it may be another on other motion where the name is there."""
+    if member.candidate.family.rough:
+        return _FORM_OF_ROUGH
+    return _FORM_OF_FRICTION if member.is_friction else _FORM
 
 
 def price_of_parameters(precision: FloatArray, without: Posterior, found: Posterior) -> float:

@@ -10,6 +10,7 @@ import pytest
 from scipy.stats import cauchy, norm
 
 from ident.discrepancy.by_evidence.decide.no_name import (
+    form_error,
     left_beside,
     log_possible,
     nats_of_left,
@@ -45,13 +46,31 @@ def test_no_form_is_right_to_a_per_mille() -> None:
     assert odds_of_no_name(silent, silent, 0.0, 0.0, 0.0) == pytest.approx(np.log(0.1))
 
 
+def test_friction_is_another_some_minutes_later() -> None:
+    """Half of a real arm's log had 0.85 ± 0.03 of the friction that couples its wrist, and it had no name."""
+    some, wide = Shown(0.850, 0.033), Shown(0.850, float(np.hypot(0.033, 0.1))).nats_of_no_name
+    odds = odds_of_no_name(some, some, 0.0, 0.0, 0.0, form=0.1)
+    assert odds == pytest.approx(np.log(0.1) + 0.5 * wide)
+    assert odds < -np.log(9.0) < -1.0 < odds_of_no_name(some, some, 0.0, 0.0, 0.0)
+
+
+def test_how_far_a_name_may_be_another_on_other_motion_is_asked_of_what_it_is() -> None:
+    def of(rough: bool, friction: bool) -> float:
+        member: Any = SimpleNamespace(
+            candidate=SimpleNamespace(family=SimpleNamespace(rough=rough)), is_friction=friction
+        )
+        return form_error(member)
+
+    assert of(False, False) < of(False, True) < of(True, False) == of(True, True)
+
+
 def test_of_what_rows_hold_the_most_of_alone_a_third_may_be_another() -> None:
     """Of a play that is there other motion showed 0.58 ± 0.04: where its edges lie a few rows say (96216)."""
     some = Shown(0.577, 0.036)
     wide = Shown(0.577, float(np.hypot(0.036, 0.3))).nats_of_no_name
-    assert odds_of_no_name(some, some, 0.0, 0.0, 0.0, rough=True) == pytest.approx(np.log(0.1) + 0.5 * wide)
+    assert odds_of_no_name(some, some, 0.0, 0.0, 0.0, form=0.3) == pytest.approx(np.log(0.1) + 0.5 * wide)
     assert (
-        odds_of_no_name(some, some, 0.0, 0.0, 0.0, rough=True)
+        odds_of_no_name(some, some, 0.0, 0.0, 0.0, form=0.3)
         < -1.5
         < 10.0
         < odds_of_no_name(some, some, 0.0, 0.0, 0.0)

@@ -198,7 +198,8 @@ def asked(
         shown=lambda found, against: shares["nothing" if against is without else "rival"],
         alone=lambda found, number: shares.get("alone", shares["nothing"]),
     )
-    member = SimpleNamespace(candidate=candidates[1], entry=SimpleNamespace(placed="as it was found"))
+    placed = SimpleNamespace(placed="as it was found")
+    member = SimpleNamespace(candidate=candidates[1], entry=placed, is_friction=False)
     unmoved = SimpleNamespace(known=np.zeros(2))
     fitted = SimpleNamespace(members=[member], log_posterior=9.0, posterior=unmoved)
     found: Any = SimpleNamespace(found=fitted, entries=())
