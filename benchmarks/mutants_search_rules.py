@@ -318,15 +318,27 @@ RULES = (
     ),
     Broken(
         "a form that its limit stands for is replaced by it",
-        f"{_BY}decide/names.py",
+        f"{_BY}decide/told.py",
         "            return simplified(search, replace(searched, found=best), held)\n",
         "            return searched\n",
     ),
     Broken(
         "a form that is sure stays",
-        f"{_BY}decide/names.py",
-        "        if names.probability(own) >= SURE:\n            continue\n",
-        "",
+        f"{_BY}decide/told.py",
+        "if names.probability(own) >= SURE and not untold:",
+        "if False:",
+    ),
+    Broken(
+        "a form that is sure is its limit where what makes it that form may be nothing",
+        f"{_BY}decide/told.py",
+        " and not untold:",
+        ":",
+    ),
+    Broken(
+        "however little a limit has, if what makes the form that form may be nothing",
+        f"{_BY}decide/told.py",
+        "(untold or one.candidate.key in kept)",
+        "one.candidate.key in kept",
     ),
     Broken(
         "other motion speaks for a name or for nothing",

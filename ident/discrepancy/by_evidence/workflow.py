@@ -28,14 +28,13 @@ from ident.discrepancy.by_evidence.decide.names import (
     Key,
     Named,
     of_nothing,
-    simplified,
     slot,
 )
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.decide.state import Found
-from ident.discrepancy.by_evidence.decide.told import unsure
+from ident.discrepancy.by_evidence.decide.told import simplified, unsure
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import settings_for

@@ -188,32 +188,6 @@ def with_name(search: Search, without: Found, candidates: Sequence[Screened], ke
     return max(forms, key=lambda found: found.log_posterior)
 
 
-def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searched:
-    """A set with the limits of its forms, where these data do not tell the one from the other at 95 %.
-
-    A power of the speed that is next to none is Coulomb friction, whatever its own name.
-    """
-    for number, member in enumerate(searched.found.members):
-        if not member.candidate.family.contains:
-            continue
-        without = search.without(searched.found, number)
-        names = slot(search, searched, number, without, held)
-        own, kept = member.candidate.key, {one.key for one in names.held}
-        if names.probability(own) >= SURE:
-            continue
-        limits = [
-            one
-            for one in screen(search.problem, without, searched.entries)
-            if one.candidate.key in kept
-            and one.candidate.key[0] in member.candidate.family.contains
-            and one.candidate.key[1] == own[1]
-        ]
-        if limits:
-            best = with_name(search, without, limits, limits[0].candidate.key)
-            return simplified(search, replace(searched, found=best), held)
-    return searched
-
-
 def as_limit(
     names: tuple[Named, ...],
     shown: Key | None = None,

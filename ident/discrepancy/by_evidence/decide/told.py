@@ -4,18 +4,59 @@ Its sizes say so at 95 %. And an effect that contains others, as friction that c
 dry and viscous friction, has to be likelier by the data than these together. It is one cause where they are
 several, so by its prior it stands in their place also where nothing of it shows but them: two frictions of
 one joint were a drift that settles in 2000 ± 18 000 s, and was named.
+
+A form that is not told from its limit is that limit: a cable whose stiffening may as well be nothing is a
+straight spring.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2
 
 from ident.discrepancy.accepted import unsure_size
-from ident.discrepancy.by_evidence.decide.names import HELD
+from ident.discrepancy.by_evidence.decide.names import HELD, SURE, OtherMotion, slot, with_name
+from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
-from ident.discrepancy.by_evidence.decide.state import Member, found_set
+from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set
 from robots.arrays import FloatArray
+
+
+def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searched:
+    """A set with the limits of its forms, where these data do not tell the one from the other at 95 %.
+
+    A power of the speed that is next to none is Coulomb friction, whatever its own name. And whatever its
+    probability: a form may have a shape for what its limit has a parameter for, and so a better prior.
+    """
+    for number, member in enumerate(searched.found.members):
+        if not member.candidate.family.contains:
+            continue
+        without = search.without(searched.found, number)
+        names = slot(search, searched, number, without, held)
+        own, kept = member.candidate.key, {one.key for one in names.held}
+        untold = _essential_may_be_nothing(searched.found, number)
+        if names.probability(own) >= SURE and not untold:
+            continue
+        limits = [
+            one
+            for one in screen(search.problem, without, searched.entries)
+            if (untold or one.candidate.key in kept)
+            and one.candidate.key[0] in member.candidate.family.contains
+            and one.candidate.key[1] == own[1]
+        ]
+        if limits:
+            best = with_name(search, without, limits, limits[0].candidate.key)
+            return simplified(search, replace(searched, found=best), held)
+    return searched
+
+
+def _essential_may_be_nothing(found: Found, number: int) -> bool:
+    """Whether a parameter without which a member is its limit is not told from nothing."""
+    member, (theta, covariance) = found.members[number], found.theta(number)
+    essential, deviation = member.candidate.family.essential, np.sqrt(np.diag(covariance))
+    return bool(essential and unsure_size(member.entry.placed, essential, theta, deviation, there=True))
 
 
 def unsure(search: Search, searched: Searched, number: int, deviation: FloatArray) -> str:

@@ -12,13 +12,14 @@ from scipy.integrate import quad
 
 from ident.discrepancy.by_evidence.decide import names
 from ident.discrepancy.by_evidence.decide import search as module
-from ident.discrepancy.by_evidence.decide.names import simplified, slot
+from ident.discrepancy.by_evidence.decide.names import slot
 from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, OUTSIDE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.search import Search
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
+from ident.discrepancy.by_evidence.decide.told import simplified
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
 from ident.discrepancy.confirmation import Shown
 from ident.effects.family import Shape

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from ident.discrepancy.by_evidence.decide import names
+from ident.discrepancy.by_evidence.decide import names, told
 from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.confirmation import Shown
 from ident.effects.vocabulary import family_named
@@ -25,14 +26,34 @@ def test_a_form_that_is_sure_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     assert simplest(monkeypatch, limit=1.7) == ("stribeck_friction", 0.0)
 
 
-def simplest(monkeypatch: pytest.MonkeyPatch, limit: float) -> tuple[str, float]:
-    """Name and worth of a set with one form, of log odds 4, whose limit has these."""
-    falling = SimpleNamespace(key=("stribeck_friction", (1,)), family=family_named("stribeck_friction"))
+@pytest.mark.parametrize("limit", [1.7, -5.0])
+def test_a_form_is_its_limit_where_what_makes_it_that_form_may_be_nothing(
+    monkeypatch: pytest.MonkeyPatch, limit: float
+) -> None:
+    """A straight spring on joint 5 was a cable that stiffens by -0.04 ± 0.12 N·m/rad³, with 0.90 (97043)."""
+    assert simplest(monkeypatch, limit, essential=(0,), size=0.3) == ("coulomb_friction", -2.0)
+    assert simplest(monkeypatch, limit, essential=(0,), size=0.5) == ("stribeck_friction", 0.0)
+    assert simplest(monkeypatch, limit, essential=(), size=0.3) == ("stribeck_friction", 0.0)
+
+
+def simplest(
+    monkeypatch: pytest.MonkeyPatch, limit: float, essential: tuple[int, ...] = (), size: float = 1.0
+) -> tuple[str, float]:
+    """Name and worth of a set with one form, of log odds 4, whose limit has these.
+
+    Args:
+        monkeypatch: of the test.
+        limit: log odds of it.
+        essential: parameters without which the form is its limit.
+        size: of the form's one parameter, with a deviation of 0.2.
+    """
+    family = replace(family_named("stribeck_friction"), essential=essential)
+    falling = SimpleNamespace(key=("stribeck_friction", (1,)), family=family)
     dry = SimpleNamespace(key=("coulomb_friction", (1,)), family=family_named("coulomb_friction"))
     listed = names.probabilities({dry.key: limit, falling.key: 4.0, names.NOTHING: -9.0})
-    monkeypatch.setattr(names, "slot", lambda *given: names.Slot(listed))
-    monkeypatch.setattr(names, "screen", lambda *given: [screened(dry, -3.0), screened(dry, -2.0)])
-    monkeypatch.setattr(names, "replace", lambda searched, found: SimpleNamespace(found=found, entries=()))
+    monkeypatch.setattr(told, "slot", lambda *given: names.Slot(listed))
+    monkeypatch.setattr(told, "screen", lambda *given: [screened(dry, -3.0), screened(dry, -2.0)])
+    monkeypatch.setattr(told, "replace", lambda searched, found: SimpleNamespace(found=found, entries=()))
     search: Any = SimpleNamespace(
         problem=None,
         without=lambda found, number: None,
@@ -41,8 +62,13 @@ def simplest(monkeypatch: pytest.MonkeyPatch, limit: float) -> tuple[str, float]
             for one in others
         ],
     )
-    found = SimpleNamespace(members=[SimpleNamespace(candidate=falling)], log_posterior=0.0)
-    ended: Any = names.simplified(search, SimpleNamespace(found=found, entries=()), None)  # type: ignore[arg-type]
+    placed = SimpleNamespace(parameters=(SimpleNamespace(name="rise", unit="N·m"),))
+    found = SimpleNamespace(
+        members=[SimpleNamespace(candidate=falling, entry=SimpleNamespace(placed=placed))],
+        theta=lambda number: (np.array([size]), np.array([[0.04]])),
+        log_posterior=0.0,
+    )
+    ended: Any = told.simplified(search, SimpleNamespace(found=found, entries=()), None)  # type: ignore[arg-type]
     (member,) = ended.found.members
     return member.candidate.key[0], ended.found.log_posterior
 
