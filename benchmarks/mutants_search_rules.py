@@ -577,14 +577,20 @@ RULES = (
     Broken(
         "what a loop does otherwise than both says nothing of either",
         "ident/discrepancy/confirmation.py",
-        "float(np.hypot(self.sigma, away))",
+        "float(np.hypot(self.sigma, abs(share - nearest) + between))",
         "self.sigma",
     ),
     Broken(
         "what a loop does between nothing and all is neither of the two",
         "ident/discrepancy/confirmation.py",
-        "away = min(abs(share), abs(1.0 - share))",
-        "away = max(-share, share - 1.0, 0.0)",
+        "abs(share - nearest) + between",
+        "abs(share - nearest)",
+    ),
+    Broken(
+        "what is not told from nothing or all at 95 % is that",
+        "ident/discrepancy/confirmation.py",
+        "min(nearest, 1.0 - nearest) - _INTERVAL * self.sigma",
+        "min(nearest, 1.0 - nearest)",
     ),
     Broken(
         "a rival of the loop does better than all names together that it contains",
@@ -977,8 +983,8 @@ RULES = (
     Broken(
         "more than all is all",
         "ident/discrepancy/confirmation.py",
-        "float(np.clip(share, 0.0, 1.0))",
-        "share",
+        "nearest = float(np.clip(share, 0.0, 1.0))",
+        "nearest = share",
     ),
     Broken(
         "what the loop shows between two names is in their odds",

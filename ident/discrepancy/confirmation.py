@@ -56,7 +56,7 @@ class Shown:
     def nats_in_loop(self, at_reversals: bool) -> float:
         """The same of a simulated loop.
 
-        What is neither all nor nothing is neither of the two: as far as the share is from the nearer one, so
+        Less than nothing is neither of the two, nor is more than all, nor what is told from both at 95 %: so
         large at least is what the loop does otherwise than both, which no deviation over blocks knows.
 
         Args:
@@ -64,8 +64,9 @@ class Shown:
                 elsewhere: then more than all of it is all.
         """
         share = min(self.share, 1.0) if at_reversals else self.share
-        away = min(abs(share), abs(1.0 - share))
-        return Shown(float(np.clip(share, 0.0, 1.0)), float(np.hypot(self.sigma, away))).nats
+        nearest = float(np.clip(share, 0.0, 1.0))
+        between = max(min(nearest, 1.0 - nearest) - _INTERVAL * self.sigma, 0.0)
+        return Shown(nearest, float(np.hypot(self.sigma, abs(share - nearest) + between))).nats
 
     @property
     def nats_of_no_name(self) -> float:
