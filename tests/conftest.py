@@ -9,6 +9,8 @@ for _library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 import signal
+import subprocess
+import sys
 import time
 import zlib
 from collections.abc import Callable, Iterator
@@ -36,6 +38,14 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
 hypothesis.settings.register_profile("armhil", deadline=None, derandomize=True)
 hypothesis.settings.register_profile("explore", deadline=None, max_examples=2000)
 hypothesis.settings.load_profile("armhil")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Workers on a fresh clone would each compile the same simulations, a minute of a processor."""
+    if session.config.getoption("numprocesses", default=None) and not hasattr(session.config, "workerinput"):
+        words = [sys.executable, "-m", "tests.compile_first"]
+        for compiling in [subprocess.Popen([*words, arm], cwd=ROOT) for arm in ("emps", "tx40")]:
+            compiling.wait()
 
 
 @pytest.fixture(scope="session")
