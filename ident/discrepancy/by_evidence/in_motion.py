@@ -6,6 +6,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, as_limit, with_nats
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.taken import (
@@ -129,8 +130,8 @@ def _is_its_parts(course: Course, number: int, other: Course, fitted: Validation
     ]
     if len(parts) < 2:
         return False
-    others = [one.component for k, one in enumerate(course.findings) if k != number]
-    together = _taken(course, [*others, *parts])
+    components = [one.component for k, one in enumerate(course.findings) if k != number] + parts
+    together = _taken(course, components, [course.findings[number].basis] * len(components))
     if together is None:
         return False
     shown = fitted.shown_in_loop(fitted.loop_run(together.step), fitted.loop_run(other.step))
@@ -143,15 +144,14 @@ def _with_rival(course: Course, number: int, rival: Named) -> Course | None:
     assert rival.placed is not None
     components = [one.component for one in course.findings]
     components[number] = component_of(course.step.base.model.robot, rival.placed)
-    return _taken(course, components)
+    return _taken(course, components, [one.basis for one in course.findings])
 
 
-def _taken(course: Course, components: Sequence[Component]) -> Course | None:
+def _taken(course: Course, components: Sequence[Component], bases: Sequence[Basis]) -> Course | None:
     """Where the search would be with these effects for its findings; None where one has no size."""
-    other, basis = Course.begun(course.prepared, course.first), course.findings[0].basis
-    bases = [one.basis for one in course.findings]
+    other = Course.begun(course.prepared, course.first)
     try:
-        other.take(components, [*bases, *[basis] * (len(components) - len(bases))])
+        other.take(components, bases)
     except ArithmeticError as error:
         _log.info("%s: %s", ", ".join(one.key[0] for one in components), error)
         return None

@@ -56,26 +56,30 @@ class Simulation:
         What the controller adds beside the described law is added. A loop with an effect may ring where the
         arm's does not, or otherwise than it; then the model without it is nearer, and stands for the arm.
         """
-        alone = None if not self.beside else Simulation(self.base, self.beta)(recording)
-        robot = self.base.model.robot
-        beside = unknown_feed_forward(robot, recording)
-        if beside is not None and beside.there.any():
-            recording = beside.added(beside.there)
+        fed = unknown_feed_forward(self.base.model.robot, recording)
+        if fed is not None and fed.there.any():
+            recording = fed.added(fed.there)
+        alone = self._simulated(recording, ())
+        found = self._simulated(recording, self.beside) if self.beside else None
+        if found is None or alone is None:
+            return alone if found is None else found
+        return _nearer(recording, found, alone)
+
+    def _simulated(self, recording: Recording, beside: Beside) -> FloatArray | None:
         model = self.base.model
-        whole = RegressorModel(model.robot, (*model.effects, *(effect for effect, _ in self.beside)))
+        whole = RegressorModel(model.robot, (*model.effects, *(effect for effect, _ in beside)))
         standard = self.base.standard_from(self.beta, model.prior())
         standard = existing(model, standard, recording.position)
         try:
-            standard = np.concatenate([standard, *(values for _, values in self.beside)])
-            position = simulate(whole, standard, recording).position
+            standard = np.concatenate([standard, *(values for _, values in beside)])
+            return simulate(whole, standard, recording).position
         except IdentificationError as error:
             _log.info("no simulated motion: %s", error)
-            return alone
-        return position if alone is None else _nearer(recording, position, alone)
+            return None
 
 
 def _nearer(recording: Recording, one: FloatArray, other: FloatArray) -> FloatArray:
-    """Of two simulated motions (samples, n) the one that is nearer to the recorded, over all joints alike."""
+    """Of two simulated motions (samples, n) the one nearer to the recorded, each joint with equal weight."""
     away = [np.sum((motion - recording.position) ** 2, axis=0) for motion in (one, other)]
     farther = np.log(np.maximum(away, np.finfo(float).tiny))
     return one if np.sum(farther[0]) <= np.sum(farther[1]) else other

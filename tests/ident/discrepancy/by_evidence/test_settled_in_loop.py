@@ -247,12 +247,13 @@ def test_a_rival_that_is_no_more_than_what_it_contains_is_none(
     family, place = family_named(name), Place("drive", (2,))
     rest = SimpleNamespace(component="another finding", basis=None)
     step: Any = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=robot)))
-    course: Any = SimpleNamespace(findings=[SimpleNamespace(component=None), rest], step=step)
+    course: Any = SimpleNamespace(findings=[SimpleNamespace(component=None, basis=None), rest], step=step)
     rival = Component(family, place, ())
     other: Any = SimpleNamespace(findings=[SimpleNamespace(component=rival), rest], step="with the rival")
     taken: list[Any] = []
 
-    def beside(course: Any, components: Sequence[Any]) -> Any:
+    def beside(course: Any, components: Sequence[Any], bases: Sequence[Any]) -> Any:
+        assert len(bases) == len(components)
         taken.extend(components)
         return SimpleNamespace(step="with its parts")
 
