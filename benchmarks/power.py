@@ -46,6 +46,9 @@ ROUNDS, CLOSE = 8, 0.1
 FIRST = 2.0
 """Noise floors at which an effect is drawn, to learn its place and shape."""
 
+FINER = 64
+"""Times as many encoder counts where an effect is sized: rounding makes a gap of 0.2 floors."""
+
 
 def main() -> None:
     """Run what is asked for, or report what was run."""
@@ -89,13 +92,14 @@ def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, Fl
     line: dict[str, Any] = {"effect": effect, "seed": seed, "factor": factor}
     accepted = naming.record(robot, truth, Scenario(), motions[0], seed + 1)
     predicted = predictions(robot, accepted, motions[0])
+    fine = finely_read(robot)
     try:
-        drawn = draw_scenario(robot, effect, seed, FIRST, truth=truth, reference=motions[0])
+        drawn = draw_scenario(fine, effect, seed, FIRST, truth=truth, reference=motions[0])
         here = predicted.get((effect, place_of(effect, drawn.axes, robot)))
         if here is None or not here.seen:
             return line | {"axes": list(drawn.axes), "skipped": "no size is predicted"}
         line |= {"axes": list(drawn.axes), "size": here.size, "unit": here.unit, "torque": here.torque}
-        drawn, line["reached"] = sized(robot, truth, drawn, here, factor, motions[0])
+        drawn, line["reached"] = sized(fine, truth, drawn, here, factor, motions[0])
     except DriveError as error:
         return line | {"skipped": str(error)}
     fit = naming.record(robot, truth, drawn.scenario, motions[0], seed + 2)
@@ -114,6 +118,14 @@ def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, Fl
 def place_of(effect: str, axes: Sequence[int], robot: Robot) -> tuple[int, ...]:
     """Joints as the search says them: a delay of every drive is one of the arm."""
     return () if effect == "time_delay" and len(axes) == robot.n > 1 else tuple(axes)
+
+
+def finely_read(robot: Robot) -> Robot:
+    """The same arm with encoders that hardly round."""
+    drives = tuple(
+        one.model_copy(update={"encoder_counts": FINER * one.encoder_counts}) for one in robot.drive
+    )
+    return robot.model_copy(update={"drive": drives})
 
 
 def predictions(
