@@ -11,6 +11,20 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "a motion that leaves the name open is not offered",
+        "daq/diagnosis/telling_apart.py",
+        "parts if _settles(everything, unsettled) else ()",
+        "parts",
+        ("tests/daq/diagnosis/test_telling_apart.py",),
+    ),
+    Broken(
+        "nothing is planned where what no motion tells apart is likelier than the rest",
+        "daq/diagnosis/telling_apart.py",
+        "if len(kept) < 2 or not _settles(everything, unsettled):",
+        "if len(kept) < 2:",
+        ("tests/daq/diagnosis/test_telling_apart.py",),
+    ),
+    Broken(
         "two rivals that no motion tells apart do not cost the motion",
         "daq/diagnosis/telling_apart.py",
         "for one in kept)\n",
@@ -713,10 +727,22 @@ RULES = (
         "return Slot(self.names).named >= SURE",
     ),
     Broken(
+        "that a set does worse is no doubt about another name in its place",
+        f"{_BY}report/answer.py",
+        "(key == self.key or self.fails != WORSE)",
+        "key",
+    ),
+    Broken(
+        "a motion that is too poor is one for every name",
+        f"{_BY}report/answer.py",
+        "(key == self.key or self.fails != WORSE)",
+        "key == self.key",
+    ),
+    Broken(
         "a set leaves less than the torque itself",
         f"{_BY}workflow.py",
-        "    if held.unexplained(searched.found)[joint] > 1.0:\n",
-        "    if held.unexplained(searched.found)[joint] > 99.0:\n",
+        "held.unexplained(searched.found)[joint] > 1.0",
+        "held.unexplained(searched.found)[joint] > 99.0",
     ),
     Broken(
         "the set is compared with the model without any effect",
@@ -729,6 +755,12 @@ RULES = (
         f"{_BY}workflow.py",
         "if held.in_blocks(searched.found, searched.empty, joint).contradicted:",
         "if held.in_blocks(searched.found, searched.empty, joint).share <= 0.5:",
+    ),
+    Broken(
+        "whether a set does worse than no effect is not told better than its parameters are known",
+        f"{_BY}confirm/held_out.py",
+        "float(np.hypot(shown.sigma, np.sqrt(unknown)))",
+        "shown.sigma",
     ),
     Broken(
         "a place that repeats is in one block",
@@ -995,7 +1027,7 @@ RULES = (
     Broken(
         "a name that took a place is as likely as rows and loop say",
         f"{_BY}in_motion.py",
-        "basis = basis_of(stands, place, unsure, finding.doubt)",
+        "basis = basis_of(stands, place, unsure, finding.doubt_of(stands))",
         "basis = course.findings[number].basis",
     ),
     Broken(

@@ -32,12 +32,17 @@ _PARTS = 2
 TOLD_APART = 0.95
 """Canonical correlation above which a pair stays as good as one effect on a motion."""
 
+WORTH_DRIVING = 0.5
+"""Share of the probability that names have to hold which a motion tells from all others: if it holds less, it
+would more likely than not leave the name open."""
+
 
 @dataclass(frozen=True)
 class _Explanation:
-    """One way to explain the misfit: its words, and the effect."""
+    """One way to explain the misfit: its words, how likely it is, and the effect."""
 
     words: str
+    probability: float
     effect: PlacedEffect
 
 
@@ -85,8 +90,9 @@ def _for_finding(
     progress: Callable[[float, float], None] | None,
 ) -> TellingApart:
     rivals = finding.indistinguishable_from[: _MOST - 1]
-    named = _Explanation(f"{finding.effect} ({joint_words(finding.joints)})", finding.placed)
-    everything = (named, *(_Explanation(one.words(), one.placed) for one in rivals))
+    words = f"{finding.effect} ({joint_words(finding.joints)})"
+    named = _Explanation(words, finding.probability, finding.placed)
+    everything = (named, *(_Explanation(one.words(), one.probability, one.placed) for one in rivals))
     try:
         return _planned(robot, stage, number, everything, settings, before, progress)
     except TrajectoryError as error:
@@ -113,7 +119,7 @@ def _planned(
             kept.append(other)
         else:
             unsettled.append(_unsettled(like, other, why))
-    if len(kept) < 2:
+    if len(kept) < 2 or not _settles(everything, unsettled):
         return TellingApart(number, words, (), tuple(unsettled))
     parts = _parts(robot, stage, kept, settings, before, progress)
     by_words, pairs = {one.words: one for one in kept}, [after for _, after in pairs_of(parts)]
@@ -121,9 +127,15 @@ def _planned(
         if pair.correlation > TOLD_APART:
             first, second = by_words[pair.first], by_words[pair.second]
             unsettled.append(_unsettled(first, second, _too_similar(pair)))
-    settles = any(pair.correlation <= TOLD_APART for pair in pairs)
-    # A motion that settles none of the pairs is not offered: what is to be changed on the arm is asked for.
-    return TellingApart(number, words, parts if settles else (), tuple(unsettled))
+    # A motion that leaves the name open is not offered: what is to be changed on the arm is asked for.
+    return TellingApart(number, words, parts if _settles(everything, unsettled) else (), tuple(unsettled))
+
+
+def _settles(everything: Sequence[_Explanation], unsettled: Sequence[Unsettled]) -> bool:
+    """Whether most of the probability is that of names which are told from every other one."""
+    left_open = {words for pair in unsettled for words in (pair.first, pair.second)}
+    told = sum(one.probability for one in everything if one.words not in left_open)
+    return told > WORTH_DRIVING * sum(one.probability for one in everything)
 
 
 def _parts(

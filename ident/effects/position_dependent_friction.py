@@ -25,6 +25,9 @@ from robots.description import Robot
 
 _MARGIN = 0.5
 """rad (or m) beyond the limits that the simulation's table reaches."""
+_WAVES = (0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+"""Per rad, or over the whole travel of what slides: where the search begins."""
+_FEWEST, _MOST = 0.5, 8.0
 _CENTRES = (0.1, 0.22, 0.34, 0.46, 0.58, 0.7, 0.82, 0.94)
 _WIDTHS = (0.02, 0.06, 0.12, 0.24, 0.5)
 """Of a spot, shares of the travel: where the search begins; between the narrowest and the widest."""
@@ -55,7 +58,10 @@ def _make(
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    return (Shape("waves", "1/rad", (0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0), 0.5, 8.0),)
+    unit, (low, high) = angle_unit(robot, place), _travel(robot, drive_row(robot, place))
+    one = 1.0 if unit == "rad" else 2.0 * np.pi / (high - low)
+    grid = tuple(one * waves for waves in _WAVES)
+    return (Shape("waves", f"1/{unit}", grid, one * _FEWEST, one * _MOST),)
 
 
 def _spot(

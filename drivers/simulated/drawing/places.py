@@ -30,6 +30,11 @@ class Place:
         """The arm's true ``Ia``, ``Fv``, ``Fc`` of the drive."""
         return self.ruler.truth.parameters[f"{prefix}{self.axes[0]}"]
 
+    @property
+    def slides(self) -> bool:
+        """Whether the joint is prismatic."""
+        return self.robot.joint[self.index].kind == "prismatic"
+
     def travel(self) -> tuple[float, float]:
         """Lowest and highest joint position of the motion."""
         path = self.ruler.quiet.position[:, self.index]

@@ -104,7 +104,7 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
             one.key for one in finding.names[0].forms if place.log_odds(one.key) < place.log_odds(stands)
         ]
         place = Slot(as_limit(place.names, stands, apart))
-        basis = basis_of(stands, place, unsure, finding.doubt)
+        basis = basis_of(stands, place, unsure, finding.doubt_of(stands))
         course.findings[number] = replace(course.findings[number], basis=basis)
     return course
 

@@ -42,6 +42,8 @@ from ident.discrepancy.by_evidence.evidence.turned import where_turned
 from ident.discrepancy.by_evidence.power.planned import BesideModel, sizes_beside
 from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.report.answer import (
+    TOO_POOR,
+    WORSE,
     EvidenceAnswer,
     EvidenceFinding,
     JointMisfit,
@@ -241,12 +243,8 @@ def _fails(searched: Searched, held: HeldOut, joint: int) -> str:
     not determined by its motion, and findings make up for that (a wrist coupling: 850 % of 1180 % left).
     """
     if held.in_blocks(searched.found, searched.empty, joint).contradicted:
-        return "with all that was found recordings that were not fitted leave more than without any of it"
-    if held.unexplained(searched.found)[joint] > 1.0:
-        return (
-            "recordings that were not fitted leave more than the torque itself: the fitted motion is too poor"
-        )
-    return ""
+        return WORSE
+    return TOO_POOR if held.unexplained(searched.found)[joint] > 1.0 else ""
 
 
 def _likeliest_forms(beside: Sequence[Screened]) -> list[Screened]:

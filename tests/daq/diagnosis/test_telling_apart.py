@@ -46,17 +46,18 @@ def placed(stage: Stage, name: str) -> PlacedEffect:
 
 
 def candidate(stage: Stage, name: str) -> Candidate:
-    return Candidate(name, (1,), 100.0, 0.5, placed(stage, name))
+    return Candidate(name, (1,), 100.0, 0.2, placed(stage, name))
 
 
 def apart(
-    stage: Stage, monkeypatch: pytest.MonkeyPatch, named: str, *others: str
+    stage: Stage, monkeypatch: pytest.MonkeyPatch, named: str, *others: str, probability: float = 0.6
 ) -> tuple[Robot, TellingApart]:
-    """What is planned where ``named`` cannot be told from others."""
+    """What is planned where ``named`` cannot be told from others, of which each has 0.2."""
     monkeypatch.setattr(telling_apart, "stages", lambda diagnosis: [stage])
     finding = SimpleNamespace(
         effect=named,
         joints=(1,),
+        probability=probability,
         score=120.0,
         placed=placed(stage, named),
         indistinguishable_from=tuple(candidate(stage, name) for name in others),
@@ -145,6 +146,28 @@ def test_two_rivals_that_no_motion_tells_apart_do_not_cost_the_motion(
     assert [(pair.first, pair.second) for pair in found.unsettled] == [
         ("time_delay (joint 1)", "current_loop_lag (joint 1)")
     ]
+
+
+def test_a_motion_that_more_likely_than_not_leaves_the_name_open_is_not_offered(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A delay or a lag is there, more likely than a cable, and nothing is planned before that is settled."""
+    planned: list[int] = []
+    original = telling_apart.discriminate
+
+    def noted(*arguments: Any, **settings: Any) -> Any:
+        planned.append(settings["evaluations"])
+        return original(*arguments, **settings)
+
+    monkeypatch.setattr(telling_apart, "discriminate", noted)
+    rivals = ("cable_spring", "time_delay", "current_loop_lag")
+    _, found = apart(stage, monkeypatch, *rivals, probability=0.39)
+    assert not found.parts and set(planned) == {1}
+    assert [(pair.first, pair.second) for pair in found.unsettled] == [
+        ("time_delay (joint 1)", "current_loop_lag (joint 1)")
+    ]
+    _, found = apart(stage, monkeypatch, *rivals, probability=0.41)
+    assert found.parts
 
 
 def test_a_form_that_has_the_name_as_its_limit_is_marked(stage: Stage) -> None:

@@ -9,7 +9,8 @@ from drivers import DriveError
 from drivers.simulated import draw_scenario, draw_truth
 from drivers.simulated.drawing import EFFECTS, exercise
 from drivers.simulated.drawing.gap import Ruler, silent
-from drivers.simulated.drawing.shapes import Place
+from drivers.simulated.drawing.places import Place
+from drivers.simulated.drawing.shapes import wave
 from drivers.simulated.offline import simulate_offline
 from drivers.simulated.scenario import EMPTY, OUTSIDE_VOCABULARY, Scenario
 from robots import Robot
@@ -70,6 +71,16 @@ def test_what_the_arm_has_no_place_for_is_said(emps: Robot) -> None:
         draw_scenario(emps, "current_offset", 0, 1e6)
     with pytest.raises(DriveError, match="effect warp: does not exist; allowed: none, viscous_friction"):
         draw_scenario(emps, "warp", 0)
+
+
+def test_waves_of_friction_go_up_and_down_over_the_travel_of_what_slides(emps: Robot) -> None:
+    """One to three of them; per metre as per radian a wave would be a level."""
+    truth, reference = draw_truth(emps, 1), exercise(emps, 3.0)
+    place = Place((1,), emps, Ruler.of(emps, truth, reference))
+    low, high = place.travel()
+    drawn = [wave(np.random.default_rng(seed), place) for seed in range(40)]
+    counts = {round(one["order"] * (high - low) / (2.0 * np.pi), 6) for one in drawn if "order" in one}
+    assert counts == {1.0, 2.0, 3.0}
 
 
 def test_the_exercise_keeps_the_limits_and_ends_at_home(tx40: Robot, emps: Robot) -> None:

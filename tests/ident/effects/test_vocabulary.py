@@ -233,6 +233,21 @@ def test_where_no_time_is_known_a_gear_is_as_cold_as_at_the_start() -> None:
     np.testing.assert_allclose(columns, on_joints(np.eye(6)[2], SIGN(v), v, nothing, nothing), atol=1e-12)
 
 
+def test_waves_of_what_slides_are_counted_over_its_travel() -> None:
+    """Per metre as per radian a wave over 0.6 m was Coulomb friction, and could not be told from it."""
+    (shape,) = family_named("position_dependent_friction").shapes(EMPS, Place("drive", (0,)))
+    assert shape.unit == "1/m"
+    q = np.linspace(EMPS.lower[0], EMPS.upper[0], 200)
+    turn = 2.0 * np.pi / 0.6
+    assert (shape.lower, shape.upper) == pytest.approx((0.5 * turn, 8.0 * turn), rel=1e-3)
+    for waves in shape.grid:
+        columns = np.column_stack([np.cos(waves * q), np.sin(waves * q)])
+        left = np.ones_like(q) - columns @ np.linalg.lstsq(columns, np.ones_like(q))[0]
+        assert np.std(left) > 0.2 or np.mean(left) > 0.2
+    (turning,) = family_named("position_dependent_friction").shapes(TX40, Place("drive", (0,)))
+    assert turning.unit == "1/rad" and (turning.lower, turning.upper) == (0.5, 8.0)
+
+
 def test_friction_over_position_and_load() -> None:
     q, v = MOTION.position[:, 1], MOTION.velocity[:, 1]
     row = np.eye(6)[1]

@@ -141,10 +141,23 @@ class HeldOut:
         return np.asarray(left)
 
     def in_blocks(self, found: Found, other: Found, joint: int) -> Shown:
-        """Of what a set changes of a joint's torque, how much is there; deviation over blocks of time."""
+        """Of what a set changes of a joint's torque, how much is there.
+
+        Its deviation is that over blocks of time, and what is not known of the set's parameters, which is the
+        same in all of them.
+        """
         used, blocks = self.rows.prepared.used[:, joint], np.concatenate(self._blocks())
         left, with_it = (self.residual(one)[used, joint] for one in (other, found))
-        return shown_share(left, with_it, blocks[used])
+        shown, change = shown_share(left, with_it, blocks[used]), left - with_it
+        if shown.of_nothing:
+            return shown
+        whole = [self.rows.known.columns]
+        for one, white in zip(found.members, self._effects(found), strict=True):
+            whole.append(effect_rows(self.rows.prepared, one.entry.placed) * white.scale)
+        columns = np.hstack([one[used, joint] for one in whole])
+        seen = columns.T @ change / (change @ change)
+        unknown = float(seen @ found.posterior.covariance @ seen)
+        return Shown(shown.share, float(np.hypot(shown.sigma, np.sqrt(unknown))))
 
     def _blocks(self) -> list[IntArray]:
         """Per recording the block of time of each row; a place that repeats is in one block."""

@@ -14,6 +14,12 @@ from ident.effects.entry import joint_words
 from ident.effects.family import PlacedEffect
 from robots.arrays import FloatArray
 
+WORSE = "with all that was found recordings that were not fitted leave more than without any of it"
+"""How a set fails, and another name in the place of one of its own need not."""
+
+TOO_POOR = "recordings that were not fitted leave more than the torque itself: the fitted motion is too poor"
+"""How any set fails."""
+
 EvidenceVerdict = Literal["named", "not_confirmed", "clean", "unnamed"]
 
 
@@ -109,6 +115,10 @@ class EvidenceFinding:
     @property
     def doubt(self) -> str:
         """Why it is not confirmed, in words; empty where it is."""
+        return self.doubt_of(self.key)
+
+    def doubt_of(self, key: Key) -> str:
+        """Why a name in its place is not confirmed; that a set does worse is known of its own name alone."""
         seen = self.confirmation.shown
         if Slot(self.names).named < SURE:
             shown = (
@@ -120,7 +130,7 @@ class EvidenceFinding:
                 f"recordings that were not fitted show {shown};"
                 f" something that has no name is there with probability {self.no_name:.2f}"
             )
-        if self.fails:
+        if self.fails and (key == self.key or self.fails != WORSE):
             return self.fails
         if self.explains <= self.left:
             return "it explains less than a model leaves at its joint without any change"

@@ -136,6 +136,24 @@ def test_a_change_that_a_recording_hardly_shows_is_not_told_from_any() -> None:
     assert 10 < below < 30 and contradicted <= 3
 
 
+def test_what_is_not_known_of_parameters_is_the_same_in_all_blocks() -> None:
+    """An effect whose size is hardly known is often less than half there; that is nothing against it."""
+    random, spread = np.random.default_rng(7), SIZE
+    hardly_known, well_known = a_set(SIZE), a_set(SIZE)
+    hardly_known.posterior.covariance = spread**2 * np.eye(KNOWN + 1)
+    less = {"below a half": 0, "hardly known": 0, "well known": 0}
+    for _ in range(200):
+        factors = np.array([0.3, -0.2, SIZE]) + spread * random.normal(size=KNOWN + 1)
+        noise = random.normal(size=ROWS)
+        torque = np.column_stack([COLUMNS, COURSE]) @ factors + noise
+        held = in_seconds(held_out(torque[:, np.newaxis]))
+        less["below a half"] += held.in_blocks(hardly_known, a_set(None), 0).share < 0.5
+        less["hardly known"] += held.in_blocks(hardly_known, a_set(None), 0).contradicted
+        less["well known"] += held.in_blocks(well_known, a_set(None), 0).contradicted
+    assert less["below a half"] > 50 and less["well known"] > 40, less
+    assert less["hardly known"] <= 10, less
+
+
 def in_seconds(held: HeldOut) -> HeldOut:
     """The same with ten rows a second."""
     (part,) = held.rows.prepared.parts

@@ -32,7 +32,13 @@ from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.library.candidates import candidates
-from ident.discrepancy.by_evidence.report.answer import EvidenceFinding, JointMisfit, verdict_of
+from ident.discrepancy.by_evidence.report.answer import (
+    TOO_POOR,
+    WORSE,
+    EvidenceFinding,
+    JointMisfit,
+    verdict_of,
+)
 from ident.discrepancy.by_evidence.taken import basis_of
 from ident.discrepancy.confirmation import Shown
 from ident.discrepancy.prior import accepted_prior, described_prior
@@ -312,6 +318,13 @@ def test_what_may_have_no_name_is_not_confirmed() -> None:
         "recordings that were not fitted show 99 ± 5 % of it; something that has no name is there with"
         " probability 0.11"
     )
+
+
+def test_another_name_in_its_place_does_no_worse_than_no_effect_for_what_its_own_does() -> None:
+    """A power of the speed with 1.00 in the loop had stood for Coulomb friction that other motion refuted."""
+    worse, poor = (finding(0.95, 1.0, 0.0, fails=how) for how in (WORSE, TOO_POOR))
+    assert worse.doubt == WORSE and worse.doubt_of(("b", (0,))) == ""
+    assert poor.doubt == poor.doubt_of(("b", (0,))) == TOO_POOR
 
 
 def test_an_accepted_model_is_widened_by_what_differs_from_run_to_run() -> None:

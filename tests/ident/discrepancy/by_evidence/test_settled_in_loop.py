@@ -83,12 +83,12 @@ def settled(
     course: Any = Course()
     both = [SimpleNamespace(key=(name, (0,))) for name in (DRIFTING, beside) if name]
     course.take(both, ["by the rows"] * len(both))
-    finding: Any = SimpleNamespace(key=KEYS[0], names=listed, unsure="of the rows", doubt="none")
+    finding: Any = SimpleNamespace(key=KEYS[0], names=listed, unsure="of the rows", doubt_of=lambda key: key)
     one: Any = in_motion.settled_in_loop(course, 0, finding, cast(Any, loop)).findings[0]
     if one.basis == "by the rows":
         return one.component.key[0], None
     key, place, unsure, doubt = one.basis
-    assert key == one.component.key and doubt == "none"
+    assert key == one.component.key == doubt  # whether it is confirmed is asked of what stands
     assert unsure == ("of the rows" if key == KEYS[0] else None)  # another name has sizes of another fit
     return key[0], {key[0]: place.probability(key) for key in KEYS}
 
@@ -204,7 +204,7 @@ def test_the_loop_tells_a_name_from_a_form_that_contains_it(
     loop: Any = SimpleNamespace(loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown)
     course: Any = Course()
     course.take([SimpleNamespace(key=COULOMB)], [None])
-    finding: Any = SimpleNamespace(key=COULOMB, names=names, unsure="", doubt="")
+    finding: Any = SimpleNamespace(key=COULOMB, names=names, unsure="", doubt_of=lambda key: "")
     one: Any = in_motion.settled_in_loop(course, 0, finding, loop).findings[0]
     assert one.component.key == stands
     assert [other.effect for other in one.basis.indistinguishable_from] == [key[0] for key in beside]
