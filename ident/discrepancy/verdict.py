@@ -6,15 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ident.discrepancy.residual_dependence import ResidualDependence
-from ident.discrepancy.results import Diagnosis, DiagnosisVerdict, Finding
+from ident.discrepancy.results import Candidate, Diagnosis, DiagnosisVerdict, Finding
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
+from ident.effects.entry import joint_words
 from ident.effects.vocabulary import family_named
 from ident.verdicts import Gate
 from robots.arrays import FloatArray
 
 _INTERVAL = 1.959964
 """Standard deviations to either side of a 95 % interval."""
+
+_MAJORITY = 0.5
+"""Probability from which on a name is likelier than all else."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,8 @@ def lags_of_noise(
     return bool(findings) and lags and fitted and not confirmed and usual and small
 
 
-def description(verdict: DiagnosisVerdict, left: Left) -> str:
-    """What is left, in words, where it has no name."""
+def description(verdict: DiagnosisVerdict, left: Left, ranking: Sequence[Candidate]) -> str:
+    """What is left, in words, where it has no name; the likeliest one, where it is likelier than all else."""
     if verdict != "unnamed":
         return ""
     if left.unnamed:
@@ -100,7 +104,14 @@ def description(verdict: DiagnosisVerdict, left: Left) -> str:
             f" (margin {100 * left.margin:.0f} %), and no effect of the vocabulary passes"
         )
     worst = max(left.dependences, key=lambda place: place.strongest[1] * place.rms)
-    return f"the residual follows no effect of the vocabulary; {worst.sentence()}"
+    first = next((one for one in ranking if one.probability > _MAJORITY), None)
+    if first is None:
+        return f"the residual follows no effect of the vocabulary; {worst.sentence()}"
+    name = f"{first.effect.replace('_', ' ')} ({joint_words(first.joints)})"
+    return (
+        f"it may be {name}, probability {first.probability:.2f}, which is too little for a name;"
+        f" {worst.sentence()}"
+    )
 
 
 def loop_does_otherwise(joint: int) -> str:

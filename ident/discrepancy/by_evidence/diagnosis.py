@@ -128,14 +128,15 @@ def _answer(question: Question, loop: InLoop, held: tuple[PreparedRecording, ...
         first.base.model.robot.identification.torque_margin,
     )
     verdict = verdict_of(findings, left)
+    ranking = candidates_of(answer.beside if course.findings else answer.ranking)
     loops = validation.loop_gaps(validation.loop_run(first) if findings else last, last)
     return Diagnosis(
         verdict=verdict,
         findings=tuple(findings),
         rejected=tuple(rejected),
-        ranking=candidates_of(answer.beside if course.findings else answer.ranking),
+        ranking=ranking,
         unexplained=left.unexplained,
-        description=description(verdict, left),
+        description=description(verdict, left, ranking),
         dependences=left.dependences,
         unrepeated=left.unrepeated,
         torque=validation.gap(first, course.step),

@@ -18,6 +18,8 @@ from ident.discrepancy.by_evidence.decide.names import Named
 from ident.discrepancy.by_evidence.in_loop import InLoop, leaves_the_usual
 from ident.discrepancy.component import Component
 from ident.discrepancy.confirmation import Confirmation, Shown, shown_share
+from ident.discrepancy.residual_dependence import ResidualDependence
+from ident.discrepancy.results import Candidate
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
 from ident.discrepancy.validation import Validation
 from ident.discrepancy.verdict import Left, beside_gate, description, lags_of_noise, verdict_of
@@ -220,8 +222,21 @@ def test_nothing_is_clean_of_whose_torque_more_than_the_margin_is_unexplained() 
     small, large = left(unexplained=(share(3, 0.049),)), left(unexplained=(share(3, 0.16), share(0, 0.01)))
     assert verdict_of([], small) == "clean"
     assert verdict_of([], large) == "unnamed"
-    assert description("unnamed", large).startswith("of the torque on data that was not fitted")
-    assert "19 % of joint 4 unexplained" in description("unnamed", large)
+    assert description("unnamed", large, ()).startswith("of the torque on data that was not fitted")
+    assert "19 % of joint 4 unexplained" in description("unnamed", large, ())
+
+
+def test_what_is_likelier_than_all_else_and_too_little_for_a_name_is_said() -> None:
+    """Coulomb friction with 0.78 "followed no effect of the vocabulary"."""
+    rest = replace(left(), more_than_noise=True, dependences=(ResidualDependence(0, 0.14, (("time", 0.0),)),))
+    ranking: Any = [Candidate("coulomb_friction", (1,), 1.8, p, None) for p in (0.78, 0.5)]  # type: ignore[arg-type]
+    assert description("unnamed", rest, ranking).startswith(
+        "it may be coulomb friction (joint 1), probability 0.78, which is too little for a name; joint 1"
+    )
+    for none in ((), ranking[1:]):
+        assert description("unnamed", rest, none).startswith(
+            "the residual follows no effect of the vocabulary"
+        )
 
 
 @pytest.mark.parametrize(("verdict", "after"), [("clean", "unnamed"), ("named", "named")])
