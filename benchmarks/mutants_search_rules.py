@@ -817,10 +817,28 @@ RULES = (
         "deviation = np.sqrt(np.diag(covariance))",
     ),
     Broken(
+        "the smallest size is found by the rows that are fitted alone",
+        f"{_BY}power/smallest.py",
+        "return np.minimum(self._safely(ahead, number, more, 0.0), by_both)",
+        "return by_both",
+    ),
+    Broken(
+        "of the smallest size other motion has its say",
+        f"{_BY}power/smallest.py",
+        "share = judged / (1.0 + judged)",
+        "share = 0.0 * judged",
+    ),
+    Broken(
+        "recordings that judge count for their length",
+        f"{_BY}power/planned.py",
+        "judged = _duration(judging) / _duration(recordings)",
+        "judged = 1.0",
+    ),
+    Broken(
         "the smallest size is the one at which a name is given",
         f"{_BY}power/planned.py",
-        "library(rows, wanted, present), SURE)",
-        "library(rows, wanted, present), 0.5)",
+        "library(rows, wanted, present), SURE,",
+        "library(rows, wanted, present), 0.5,",
     ),
     Broken(
         "no effect that the model has is a further one",

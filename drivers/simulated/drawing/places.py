@@ -40,6 +40,11 @@ class Place:
         path = self.ruler.quiet.position[:, self.index]
         return float(path.min()), float(path.max())
 
+    def order(self, waves: float) -> float:
+        """Of so many waves per turn, or over the whole travel of what slides, per rad or m."""
+        low, high = self.travel()
+        return waves * (2.0 * np.pi / (high - low) if self.slides else 1.0)
+
     def signal(self) -> float:
         """Largest control signal of the motion."""
         return float(np.abs(self.ruler.quiet.control_signal[:, self.index]).max())

@@ -67,12 +67,7 @@ def power(rng: np.random.Generator, place: Place) -> Entries:
 def wave(rng: np.random.Generator, place: Place) -> Entries:
     low, high = place.travel()
     if rng.random() < 0.5:
-        # Per turn; of what slides, over the whole travel.
-        per_unit = 2.0 * np.pi / (high - low) if place.slides else 1.0
-        return {
-            "order": per_unit * float(rng.choice((1.0, 2.0, 3.0))),
-            "phase": float(rng.uniform(-3.0, 3.0)),
-        }
+        return {"order": place.order(rng.choice((1.0, 2.0, 3.0))), "phase": float(rng.uniform(-3.0, 3.0))}
     centre = float(rng.uniform(low + 0.3 * (high - low), high - 0.3 * (high - low)))
     return {"spot_centre": centre, "spot_width": between(rng, 0.08, 0.25) * (high - low)}
 

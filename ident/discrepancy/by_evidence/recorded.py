@@ -28,5 +28,6 @@ def recorded_sizes(question: Question) -> tuple[Smallest, ...]:
         present,
         wanted,
         recordings=question.fit,
+        judging=question.validation,
         lag_known=lag_is_known(question.robot),
     )

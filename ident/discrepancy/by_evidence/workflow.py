@@ -143,6 +143,7 @@ def _answered(
         searched.present,
         search.wanted,
         question.fit,
+        question.validation,
         lag_is_known(question.robot),
     )
     return answer, sizes

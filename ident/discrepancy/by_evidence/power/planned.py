@@ -100,6 +100,8 @@ def planned_sizes(
 ) -> tuple[Smallest, ...]:
     """The smallest size of each effect at each place that a recording of a motion would name rightly.
 
+    Another motion as long judges.
+
     Args:
         robot: the arm.
         motion: its positions as planned; the torque in it is not read.
@@ -133,6 +135,7 @@ def sizes_beside(
     present: PresentModel,
     wanted: Sequence[Candidate],
     recordings: Sequence[Recording],
+    judging: Sequence[Recording],
     lag_known: bool,
 ) -> tuple[Smallest, ...]:
     """The same of recordings that were searched, beside what was found and stays unexplained in them.
@@ -146,13 +149,15 @@ def sizes_beside(
         present: the model with that set.
         wanted: the vocabulary on this arm.
         recordings: that were fitted.
+        judging: that were not; taken for as good, for their length.
         lag_known: whether the description says how the channels lie in time.
     """
     robot = model.base.model.robot
     prepared = predicted(prepare(robot, [_as_asked(one) for one in recordings]), model.present)
     rows = _rows(model.base, model.prior, model.start, prepared, model.present, model.noise)
     members = tuple(_on(rows, member) for member in found.members)
-    sizes = smallest_sizes(rows, found.level, members, library(rows, wanted, present), SURE)
+    judged = _duration(judging) / _duration(recordings)
+    sizes = smallest_sizes(rows, found.level, members, library(rows, wanted, present), SURE, judged=judged)
     return sizes if lag_known else _beside_alignment(sizes)
 
 
@@ -165,6 +170,10 @@ def _beside_alignment(sizes: Sequence[Smallest]) -> tuple[Smallest, ...]:
         else one
         for one in sizes
     )
+
+
+def _duration(recordings: Sequence[Recording]) -> float:
+    return sum(one.sample_time * len(one.time) for one in recordings)
 
 
 def _as_asked(recording: Recording) -> Recording:

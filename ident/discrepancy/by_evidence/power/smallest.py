@@ -1,10 +1,15 @@
 """The smallest size of each effect at each place that would be named rightly in most recordings.
 
-Named rightly: nothing at all is as unlikely beside it as where the search gives a name, and no other name at
-any other place is likelier, with the search's own prior odds and coarsening, in four of five recordings.
-Nothing is simulated and no torque is read: an effect's torque is linear in its size (that of a gap or a
-compliance nearly so), so the information of the motion says it. A torque limit has no such answer: what it
-does follows from the torque, and it is left out.
+Named rightly: the rows that are fitted speak for it, and by both motions nothing at all is as unlikely beside
+it as where the search gives a name, and no other name at any other place is likelier, with the search's own
+prior odds and coarsening, in four of five recordings. Nothing is simulated and no torque is read: an effect's
+torque is linear in its size (that of a gap or a compliance nearly so), so the information of the motion says
+it. A torque limit has no such answer: what it does follows from the torque, and it is left out.
+
+Rows that are fitted show an effect of z deviations with ẑ²/2 nats, ẑ = z + n, n ~ N(0, 1). Others with w
+times their information show the share 1 − n/ẑ + m/(ẑ √w) of it, m ~ N(0, 1). That has the variance
+σ² = (1 + 1/w)/ẑ² and (2 · share − 1)/2σ² nats. Together these are z²/2 (1 + w/(1 + w)) in mean, and vary by
+z² (1 + w/(1 + w)²): a fit that makes too much of it has as many nats more there as the share takes away.
 """
 
 from __future__ import annotations
@@ -83,6 +88,7 @@ def smallest_sizes(
     entries: Sequence[Entry],
     sure: float,
     chance: float = CHANCE,
+    judged: float = 1.0,
 ) -> tuple[Smallest, ...]:
     """Of every effect at every place that is not found yet, in the order of the vocabulary.
 
@@ -93,13 +99,14 @@ def smallest_sizes(
         entries: the vocabulary on these rows.
         sure: probability from which on a name is given.
         chance: of getting it.
+        judged: information of the recordings that are not fitted, as a share of that of those that are.
     """
     taken = {member.candidate.key for member in members if not member.candidate.family.several}
     free = [entry for entry in entries if entry.candidate.key not in taken]
     if not free:
         return ()
     own, _ = information_beside(rows, level, members, free)
-    odds = _Odds([replace(one, white=one.white.without_columns()) for one in free], own, sure, chance)
+    odds = _Odds([replace(one, white=one.white.without_columns()) for one in free], own, sure, chance, judged)
     del entries, free  # a hundred megabytes of columns, which nobody asks for from here on
 
     def said(numbers: Sequence[int]) -> Smallest:
@@ -123,8 +130,10 @@ def _main_forms(entries: Sequence[Entry]) -> list[list[int]]:
 class _Odds:
     """Log odds of all names when one effect is there."""
 
-    def __init__(self, entries: Sequence[Entry], own: FloatArray, sure: float, chance: float) -> None:
-        self.entries = entries
+    def __init__(
+        self, entries: Sequence[Entry], own: FloatArray, sure: float, chance: float, judged: float
+    ) -> None:
+        self.entries, self.judged = entries, judged
         self.expected = Expectation.of(entries, own)
         self.needed, self.deviations = float(np.log(sure / (1.0 - sure))), float(ndtri(chance))
         ids = np.array([id(entry.candidate) for entry in entries])
@@ -175,7 +184,7 @@ class _Odds:
         """Size from which on the entry is named against nothing at all."""
         place = int(np.searchsorted(self.starts, number, side="right")) - 1
         a, nats = self._own(number, sign)
-        return _crossing(self._safely(TEMPERATURE * nats + self.prior[place], number, a, 0.0) - self.needed)
+        return _crossing(self._something(TEMPERATURE * nats + self.prior[place], number, a * SIZES**2))
 
     def _beside_all(self, number: int, sign: float) -> tuple[float, Key]:
         place = int(np.searchsorted(self.starts, number, side="right")) - 1
@@ -186,8 +195,9 @@ class _Odds:
         others = [k for k, one in enumerate(self.candidates) if one.key != self.candidates[place].key]
         rivals = np.column_stack([np.zeros(SIZES.size), (TEMPERATURE * gains + self.prior)[:, others]])
         ahead = (TEMPERATURE * nats + self.prior[place])[:, np.newaxis] - rivals
-        safe = self._safely(ahead, number, a, np.r_[0.0, largest[others]])
-        safe[:, 0] -= self.needed
+        more = np.maximum(a - np.r_[0.0, largest[others]], 0.0) * SIZES[:, np.newaxis] ** 2
+        safe = self._safely(ahead, number, more, self.judged)
+        safe[:, 0] = self._something(ahead[:, 0], number, more[:, 0])
         size = _crossing(safe.min(axis=1))
         below = max(int(np.searchsorted(SIZES, min(size, SIZES[-1]))) - 1, 0)
         last = int(np.argmin(safe[below]))
@@ -199,11 +209,24 @@ class _Odds:
         shares = np.exp(nats - np.repeat(most, self.shapes, axis=1))
         return np.asarray(most + np.log(np.add.reduceat(shares, self.starts, axis=1)))
 
-    def _safely(self, ahead: FloatArray, number: int, a: float, of_rival: FloatArray | float) -> FloatArray:
-        """Log odds that are exceeded with the chance that is asked for, (S,) or (S, rivals)."""
-        sizes = SIZES if ahead.ndim == 1 else SIZES[:, np.newaxis]
-        variance = 2.0 * np.maximum(a - of_rival, 0.0) * sizes**2 + 0.5 * self.entries[number].white.count
-        return np.asarray(ahead - self.deviations * TEMPERATURE * np.sqrt(variance))
+    def _something(self, ahead: FloatArray, number: int, more: FloatArray) -> FloatArray:
+        """(S,) of log odds against nothing: above 0 by the fit, and as sure as a name by both motions."""
+        by_both = self._safely(ahead, number, more, self.judged) - self.needed
+        return np.minimum(self._safely(ahead, number, more, 0.0), by_both)
+
+    def _safely(self, ahead: FloatArray, number: int, more: FloatArray, judged: float) -> FloatArray:
+        """Log odds that are exceeded with the chance that is asked for, (S,) or (S, rivals).
+
+        Args:
+            ahead: in mean, by the rows that are fitted.
+            number: of the entry that is there.
+            more: nats, of what the rival cannot imitate.
+            judged: as of :func:`smallest_sizes`; 0 by the rows that are fitted alone.
+        """
+        share = judged / (1.0 + judged)
+        mean = ahead + TEMPERATURE * share * more
+        variance = 2.0 * more * (1.0 + share / (1.0 + judged)) + 0.5 * self.entries[number].white.count
+        return np.asarray(mean - self.deviations * TEMPERATURE * np.sqrt(variance))
 
 
 def essential(entry: Entry) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from scipy.special import logsumexp
 
 from ident.discrepancy.by_evidence.decide.screening import _alike
 from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE
+from ident.discrepancy.by_evidence.power import planned
 from ident.discrepancy.by_evidence.power.expected import Expectation
 from ident.discrepancy.by_evidence.power.smallest import SIZES, Smallest, _Odds, worst_first
 
@@ -77,43 +78,71 @@ def test_the_mean_of_every_candidate_is_that_of_drawn_scores(centre: float) -> N
         assert abs(drawn[:, number].mean() - means[number]) < 4.0 * error
 
 
-def named(own: Any, size: float, entries: Any) -> float:
-    """Share of drawn data in which the first entry is sure against nothing and ahead of all others."""
+def named(own: Any, size: float, entries: Any, judged: float = 1.0) -> float:
+    """Share of drawn data in which the first entry is found, sure against nothing and ahead of all others.
+
+    It is found by the rows that are fitted; the rest is by both motions, of which the second has ``judged``
+    times the information of the first. Of what the first entry predicts there otherwise than another one, or
+    than nothing, a share is there, with its deviation.
+    """
     theta = np.zeros(own.shape[0])
     theta[0] = size
-    odds = TEMPERATURE * gains(own, scores(own, theta, 3), entries) + np.log(ONE_MORE * 0.1)
-    return float(np.mean((odds[:, 0] > NEEDED) & (odds[:, 0] >= odds.max(axis=1))))
+    fitted, others = scores(own, theta, 3), scores(judged * own, theta, 8)
+    odds = TEMPERATURE * gains(own, fitted, entries) + np.log(ONE_MORE * 0.1)
+    counts = np.cumsum([0, *(one.white.count for one in entries)])
+    shown = [posterior(own, fitted, part) for part in map(slice, counts[:-1], counts[1:])]
+    for number, other in enumerate([np.zeros_like(fitted), *shown[1:]]):
+        change = shown[0] - other
+        energy = judged * np.einsum("dp,pq,dq->d", change, own, change)
+        there = np.sum(change * (others - judged * other @ own), axis=1)
+        unknown = np.linalg.inv(own[:1, :1] + 1.0)[0, 0] * (judged * change @ own[:, 0]) ** 2
+        nats = TEMPERATURE * (2.0 * there - energy) * energy / (2.0 * (energy + unknown))
+        if number == 0:
+            found, sure = odds[:, 0] > 0.0, odds[:, 0] + nats > NEEDED
+        else:
+            sure &= odds[:, 0] + nats >= odds[:, number]
+    return float(np.mean(found & sure))
+
+
+def posterior(own: Any, score: Any, part: slice) -> Any:
+    """(draws, P) what an entry is fitted as."""
+    whole = np.zeros_like(score)
+    block = own[part, part] + np.eye(part.stop - part.start)
+    whole[:, part] = score[:, part] @ np.linalg.inv(block)
+    return whole
 
 
 @pytest.mark.parametrize("strength", [3.0, 300.0])
-def test_the_smallest_size_is_named_in_four_of_five(strength: float) -> None:
+@pytest.mark.parametrize("judged", [0.1, 1.0, 5.0])
+def test_the_smallest_size_is_named_in_four_of_five(strength: float, judged: float) -> None:
+    """However little the other motion has to say, and however much."""
     entries = [entry("true"), entry("other"), entry("wide", 2)]
     own = information(4, strength, 4)
-    size, _ = _Odds(entries, own, 0.9, 0.8).unlucky(0)
-    assert named(own, size, entries) == pytest.approx(0.8, abs=0.04)
+    size, _ = _Odds(entries, own, 0.9, 0.8, judged).unlucky(0)
+    assert named(own, size, entries, judged) == pytest.approx(0.8, abs=0.04)
 
 
 def test_what_another_name_imitates_needs_to_be_larger_and_is_told_from_that_name() -> None:
     entries = [entry("true"), entry("other")]
     own = 100.0 * np.array([[1.0, 0.0], [0.0, 1.0]])
-    apart, rival = _Odds(entries, own, 0.9, 0.8).unlucky(0)
+    apart, rival = _Odds(entries, own, 0.9, 0.8, 1.0).unlucky(0)
     assert rival == ("nothing", ())
     own = 100.0 * np.array([[1.0, 0.995], [0.995, 1.0]])
-    near, rival = _Odds(entries, own, 0.9, 0.8).unlucky(0)
+    near, rival = _Odds(entries, own, 0.9, 0.8, 1.0).unlucky(0)
     assert rival == ("other", (0,))
     assert near > 1.2 * apart
     assert named(own, near, entries) == pytest.approx(0.8, abs=0.04)
     own = 100.0 * np.ones((2, 2))
-    assert _Odds(entries, own, 0.9, 0.8).unlucky(0)[0] == np.inf
+    assert _Odds(entries, own, 0.9, 0.8, 1.0).unlucky(0)[0] == np.inf
 
 
 def test_a_rival_that_cannot_have_the_sign_is_none() -> None:
     """Both signs of the effect are asked about: one of them is told easily, the other is the answer."""
     own = 100.0 * np.array([[1.0, 0.995], [0.995, 1.0]])
     positive = entry("other", bounds=(0.0, np.inf))
-    either = _Odds([entry("true"), positive], own, 0.9, 0.8)
-    falls = _Odds([entry("true", bounds=(-np.inf, 0.0)), positive], own, 0.9, 0.8)
-    rises = _Odds([entry("true", bounds=(0.0, np.inf)), positive], own, 0.9, 0.8)
+    either = _Odds([entry("true"), positive], own, 0.9, 0.8, 1.0)
+    falls = _Odds([entry("true", bounds=(-np.inf, 0.0)), positive], own, 0.9, 0.8, 1.0)
+    rises = _Odds([entry("true", bounds=(0.0, np.inf)), positive], own, 0.9, 0.8, 1.0)
     assert falls.unlucky(0)[0] < rises.unlucky(0)[0] == either.unlucky(0)[0]
 
 
@@ -121,15 +150,15 @@ def test_of_several_shapes_the_one_in_the_middle_answers() -> None:
     shared = SimpleNamespace(key=("true", (0,)), share=0.1, family=SimpleNamespace(essential=()))
     entries = [entry("true", candidate=shared) for _ in range(3)]
     own = np.diag([400.0, 25.0, 100.0])
-    odds = _Odds(entries, own, 0.9, 0.8)
+    odds = _Odds(entries, own, 0.9, 0.8, 1.0)
     assert odds.middle([0, 1, 2]) == 2
-    alone = _Odds([entries[2]], own[2:, 2:], 0.9, 0.8)
+    alone = _Odds([entries[2]], own[2:, 2:], 0.9, 0.8, 1.0)
     assert odds.unlucky(2)[0] > alone.unlucky(0)[0]  # the shapes share the prior
 
 
 def test_what_the_motion_does_not_show_has_no_size_and_stands_first() -> None:
     own = np.array([[1e-9]])
-    assert _Odds([entry("true")], own, 0.9, 0.8).unlucky(0)[0] == np.inf
+    assert _Odds([entry("true")], own, 0.9, 0.8, 1.0).unlucky(0)[0] == np.inf
     assert SIZES[-1] == 3.0
 
     def said(share: float) -> Smallest:
@@ -141,10 +170,39 @@ def test_what_the_motion_does_not_show_has_no_size_and_stands_first() -> None:
 def test_shapes_of_a_candidate_are_summed_each_with_its_own() -> None:
     first, second = entry("first", candidate=None), entry("second", candidate=None)
     entries = [first, *[entry("several", candidate=second.candidate) for _ in range(3)], second]
-    odds = _Odds(entries, information(5, 1.0, 4), 0.9, 0.8)
+    odds = _Odds(entries, information(5, 1.0, 4), 0.9, 0.8, 1.0)
     nats = np.random.default_rng(5).normal(scale=500.0, size=(7, 5))
     expected = np.stack([nats[:, 0], logsumexp(nats[:, 1:], axis=1)], axis=1)
     np.testing.assert_allclose(odds._sums(nats), expected, rtol=1e-13)
     close = nats / 500.0
     expected = np.stack([close[:, 0], logsumexp(close[:, 1:], axis=1)], axis=1)
     np.testing.assert_allclose(odds._sums(close), expected, rtol=1e-13, atol=1e-13)
+
+
+def test_recordings_that_judge_count_for_their_length(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lasting(seconds: float) -> Any:
+        return SimpleNamespace(sample_time=0.004, time=np.arange(round(seconds / 0.004)))
+
+    told: list[float] = []
+    for name in ("prepare", "predicted", "_as_asked", "_rows", "library"):
+        monkeypatch.setattr(planned, name, lambda *given: None)
+    monkeypatch.setattr(planned, "smallest_sizes", lambda *given, judged: (told.append(judged), ())[1])
+    model: Any = SimpleNamespace(
+        base=SimpleNamespace(model=SimpleNamespace(robot=None)),
+        prior=None,
+        start=None,
+        present=None,
+        noise=(),
+    )
+    nothing: Any = SimpleNamespace(members=(), level=None)
+    for judging, share in ((24.0, 0.4), (60.0, 1.0)):
+        planned.sizes_beside(
+            model,
+            nothing,
+            cast(Any, None),
+            (),
+            recordings=[lasting(60.0)],
+            judging=[lasting(judging)],
+            lag_known=True,
+        )
+        assert told.pop() == pytest.approx(share)
