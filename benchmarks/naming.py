@@ -195,7 +195,7 @@ def record(robot: Robot, truth: PlantTruth, scenario: Scenario, path: FloatArray
 def search(robot: Robot, accepted: Recording, fit: Recording, validation: Recording) -> Diagnosis:
     """The search as a user runs it: an accepted model as prior, one capture to fit, another to validate."""
     question = Case("blind", "own", robot, fit, validation, None, accepted).question()
-    return diagnose_with_evidence(question)[0]
+    return diagnose_with_evidence(question, sizes=False)[0]
 
 
 def summary(found: Diagnosis) -> dict[str, Any]:

@@ -102,7 +102,7 @@ def one_run(kind: str, seed: int) -> dict[str, Any]:
     if kind == "tendon coupling":
         model = model_without(robot, ("wrist_coupling",))
         question = Question(robot, (fit,), (validation,), VOCABULARY, None, model)
-        found, _ = diagnose_with_evidence(question)
+        found, _ = diagnose_with_evidence(question, sizes=False)
     else:
         accepted = record(robot, truth, motion(0), NOTHING, seed=seed + 1)
         found = search(robot, accepted, fit, validation)
@@ -115,7 +115,7 @@ def search(robot: Robot, accepted: Recording, fit: Recording, validation: Record
     question = Question(
         robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,))
     )
-    return diagnose_with_evidence(question)[0]
+    return diagnose_with_evidence(question, sizes=False)[0]
 
 
 @cache

@@ -162,7 +162,9 @@ def settle(
 
     rounds: list[dict[str, Any]] = []
     while True:
-        found, _ = diagnose_with_evidence(Question(arm.robot, fit, validation, VOCABULARY, prior))
+        found, _ = diagnose_with_evidence(
+            Question(arm.robot, fit, validation, VOCABULARY, prior), sizes=False
+        )
         rounds.append(naming.summary(found))
         if found.verdict != "ambiguous" or len(rounds) > ROUNDS:
             return rounds

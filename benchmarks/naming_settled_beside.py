@@ -121,7 +121,7 @@ def one_run(effect: str, seed: int, beside: bool = True) -> dict[str, Any]:
         fitted, held = ((fit, validation, *more[:1]), more[1:]) if more else ((fit,), (validation,))
         return Question(robot, fitted, held, VOCABULARY, prior)
 
-    found, answer = diagnose_with_evidence(question())
+    found, answer = diagnose_with_evidence(question(), sizes=False)
     line |= {"first": answered(answer), "verdict": found.verdict}
     if found.verdict == "ambiguous":
         together = [(one, *one.indistinguishable_from) for one in found.findings]
@@ -144,7 +144,7 @@ def ask(question: Question, whole: bool) -> dict[str, Any]:
     try:
         if not whole:
             return answered(diagnose_by_evidence(question, simulated=False))
-        found, answer = diagnose_with_evidence(question)
+        found, answer = diagnose_with_evidence(question, sizes=False)
         findings = [[one.effect, list(one.joints), one.probability] for one in found.findings]
         reasons = [one.confirmation.reason for one in found.findings]
         return answered(answer) | {"whole": found.verdict, "findings": findings, "reasons": reasons}

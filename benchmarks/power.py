@@ -107,7 +107,7 @@ def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, Fl
     question = Question(
         robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,))
     )
-    found, _ = diagnose_with_evidence(question)
+    found, _ = diagnose_with_evidence(question, sizes=False)
     return line | {
         "ratio": drawn.ratio,
         "verdict": found.verdict,

@@ -24,7 +24,7 @@ def asked(case: Case) -> dict[str, Any]:
 
 
 def _by_evidence(case: Case) -> dict[str, Any]:
-    found, answer = diagnose_with_evidence(case.question())
+    found, answer = diagnose_with_evidence(case.question(), sizes=False)
     content = answer_json(answer)
     sets = {
         (one["effect"], tuple(one["joints"])): [

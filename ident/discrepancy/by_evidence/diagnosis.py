@@ -39,13 +39,14 @@ from robots.free_memory import give_back
 
 
 def diagnose_with_evidence(
-    question: Question, progress: Progress = silent
+    question: Question, progress: Progress = silent, sizes: bool = True
 ) -> tuple[Diagnosis, EvidenceAnswer]:
     """Find, name and add what the model lacks, names by evidence.
 
     Args:
         question: recordings, model, vocabulary and prior.
         progress: told of each step.
+        sizes: whether those that would still be named are asked for, a sixth of the work.
 
     Raises:
         IdentificationError: recordings that do not fit the arm, or that determine too little.
@@ -59,7 +60,7 @@ def diagnose_with_evidence(
     course = course_of(question)
     held = prepared_recordings(course.first.base.model.robot, question.validation)
     question = replace(question, standstill=course.first.standstill if question.at_reversals else None)
-    answer, sizes = named_by_evidence(
+    answer, sized = named_by_evidence(
         question, lambda step, share: progress(step, 0.6 * share), simulated=False
     )
 
@@ -68,7 +69,7 @@ def diagnose_with_evidence(
         progress("gap", 0.98)
         return _answer(question, loop, held)
 
-    diagnosis, nameable = beside(diagnosed, sizes)
+    diagnosis, nameable = beside(diagnosed, sized) if sizes else (diagnosed(), ())
     notes = (*notes, *(one.words() for one in answer.refuted), *diagnosis.notes, *_periods(diagnosis))
     return replace(diagnosis, notes=notes), replace(answer, nameable=nameable)
 

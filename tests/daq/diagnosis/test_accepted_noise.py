@@ -67,7 +67,7 @@ def search(rig: Robot, accepted: Recording, fit: Recording, validation: Recordin
         noise = accepted_noise(base, (accepted,))
         return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
 
-    return diagnose_with_evidence(Question(rig, (fit,), (validation,), VOCABULARY, prior))[0]
+    return diagnose_with_evidence(Question(rig, (fit,), (validation,), VOCABULARY, prior), sizes=False)[0]
 
 
 def test_a_louder_joint_is_noticed_by_the_command_as_by_the_search(rig: Robot, captures: Path) -> None:

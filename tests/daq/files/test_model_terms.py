@@ -94,7 +94,7 @@ def test_a_diagnosis_beside_a_prior_goes_on_with_the_term(content: dict[str, Any
     request = DiagnoseRequest((path,), prior=str(path))
     whole = _examined(EMPS, request, dragged(0, 2))
     question = Question(EMPS, (dragged(0, 2),), (dragged(1, 3),), VOCABULARY, prior_of(str(path)), whole)
-    found, _ = diagnose_with_evidence(question)
+    found, _ = diagnose_with_evidence(question, sizes=False)
     assert found.verdict == "clean" and found.findings == ()
     assert found.base.names[-1] == "q̇₁·|q̇₁|@1" and found.beta[-1] == pytest.approx(900.0, rel=0.02)
 

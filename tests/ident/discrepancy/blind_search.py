@@ -50,4 +50,4 @@ def search(
     fit = recorded(robot, truth, hidden(scenario), 0, 2, duration)
     validation = recorded(robot, truth, hidden(scenario), 1, 3, duration)
     question = Question(robot, (fit,), (validation,), tuple(vocabulary), prior, at_reversals=at_reversals)
-    return diagnose_with_evidence(question)[0]
+    return diagnose_with_evidence(question, sizes=False)[0]

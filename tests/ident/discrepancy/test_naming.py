@@ -43,7 +43,7 @@ def search(scenario: dict[str, object]) -> Diagnosis:
         return prior_by_evidence(base, (accepted(),))
 
     question = Question(arm(), (recorded(hidden, 0, 2),), (recorded(hidden, 1, 3),), VOCABULARY, prior)
-    return diagnose_with_evidence(question)[0]
+    return diagnose_with_evidence(question, sizes=False)[0]
 
 
 def named(found: Diagnosis) -> tuple[str, tuple[int, ...]]:
@@ -88,7 +88,7 @@ def test_stribeck_friction_is_found_after_a_refit_too() -> None:
         {"format": 1, "stribeck_friction": [{"drive": 3, "rise": 0.5, "speed": 0.12}]}
     )
     question = Question(arm(), (recorded(hidden, 0, 2),), (recorded(hidden, 1, 3),), VOCABULARY)
-    found, _ = diagnose_with_evidence(question)
+    found, _ = diagnose_with_evidence(question, sizes=False)
     assert named(found) == ("stribeck_friction", (3,))
     assert found.findings[0].mode == "refit"
     assert value(found, "stribeck_speed")[0] == pytest.approx(0.12, rel=0.15)

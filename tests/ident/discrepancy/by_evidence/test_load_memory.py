@@ -42,7 +42,7 @@ def against_a_clean_arm(effect: str, **values: float) -> Diagnosis:
     def prior(base):  # type: ignore[no-untyped-def]
         return accepted_prior(base, estimate.values, estimate.covariance)
 
-    return diagnose_with_evidence(Question(EMPS, *both, VOCABULARY, prior))[0]
+    return diagnose_with_evidence(Question(EMPS, *both, VOCABULARY, prior), sizes=False)[0]
 
 
 def values_of(finding: Finding) -> dict[str, float]:
@@ -99,7 +99,8 @@ def accepted_and_unchanged(entry: EffectEntry, mu: float, late: float) -> Diagno
     def prior(base):  # type: ignore[no-untyped-def]
         return accepted_prior(base, estimate.values, estimate.covariance)
 
-    return diagnose_with_evidence(Question(EMPS, both[0], both[1], VOCABULARY, prior, extended))[0]
+    question = Question(EMPS, both[0], both[1], VOCABULARY, prior, extended)
+    return diagnose_with_evidence(question, sizes=False)[0]
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def question(order: float, amplitude: float) -> Question:
 
 
 def diagnosed(order: float) -> Diagnosis:
-    return diagnose_with_evidence(question(order, 2.0))[0]
+    return diagnose_with_evidence(question(order, 2.0), sizes=False)[0]
 
 
 @cache

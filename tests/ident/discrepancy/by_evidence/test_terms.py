@@ -62,7 +62,7 @@ def dragged(motion: int, seed: int) -> Recording:
 
 def test_a_drag_that_no_name_has_gets_its_power_and_unit_and_a_place_in_the_model() -> None:
     question = replace(of(dragged(0, 2), dragged(1, 3), recorded({}, 501, 0, 1)), families=())
-    diagnosis, _ = diagnose_with_evidence(question)
+    diagnosis, _ = diagnose_with_evidence(question, sizes=False)
     more = more_of(diagnosis, question, Silent(), power=False)
     found = more.terms
     assert {name for term in found for name in term.variables} == {"v1"}
