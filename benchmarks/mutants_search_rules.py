@@ -693,14 +693,14 @@ RULES = (
     Broken(
         "the prediction has noise",
         f"{_BY}confirm/held_out.py",
-        "excess**2 * size + kappa**2",
-        "kappa**2",
+        "excess**2 * size + self",
+        "self",
     ),
     Broken(
         "the prediction has misfit",
         f"{_BY}confirm/held_out.py",
-        " + kappa**2 / max(m, 1) * float(of_misfit @ of_misfit)",
-        "",
+        " * size + self._of_misfit(found, j, change)",
+        " * size",
     ),
     Broken(
         "the prediction has what is not known of the parameters",
@@ -759,8 +759,14 @@ RULES = (
     Broken(
         "whether a set does worse than no effect is not told better than its parameters are known",
         f"{_BY}confirm/held_out.py",
-        "float(np.hypot(shown.sigma, np.sqrt(unknown)))",
-        "shown.sigma",
+        "variance = float(seen @ found.posterior.covariance @ seen) + self",
+        "variance = self",
+    ),
+    Broken(
+        "whether a set does worse than no effect is not told better than misfit allows",
+        f"{_BY}confirm/held_out.py",
+        " @ seen) + self._of_misfit(found, joint, change)",
+        " @ seen)",
     ),
     Broken(
         "a place that repeats is in one block",

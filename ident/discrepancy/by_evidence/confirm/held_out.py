@@ -93,15 +93,31 @@ class HeldOut:
             m = self.rows.misfit[j].shape[1]
             with_it = _prediction(white[:, :k], own, j, _mean(found))
             change = with_it - instead(j, white)
-            size, of_misfit = float(change @ change), white[:, k : k + m].T @ change
+            size = float(change @ change)
             predicted += size
             observed += size + 2.0 * float(change @ (white[:, k + m] - with_it))
-            kappa, excess = float(found.level.kappa[j]), float(found.level.excess[j])
-            variance += excess**2 * size + kappa**2 / max(m, 1) * float(of_misfit @ of_misfit)
+            excess = float(found.level.excess[j])
+            variance += excess**2 * size + self._of_misfit(found, j, change)
             variance += size * change.size * (excess**2 - 1.0)
-            shown += np.concatenate([white[:, :k].T @ change, *(_seen(one, j, change) for one in own)])
+            shown += self._seen(found, j, change)
         variance += float(shown @ found.posterior.covariance @ shown)
         return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)
+
+    def _of_misfit(self, found: Found, j: int, change: FloatArray) -> float:
+        """Variance of changeᵀ r by a joint's misfit."""
+        k, m = self.rows.precision.size, self.rows.misfit[j].shape[1]
+        seen = self.rows.white[j][:, k : k + m].T @ change
+        kappa = float(found.level.kappa[j])
+        return float(kappa**2 / max(m, 1) * (seen @ seen))
+
+    def _seen(self, found: Found, j: int, change: FloatArray) -> FloatArray:
+        """(k + p,) products of a set's columns with a change of a joint's rows."""
+        known = self.rows.white[j][:, : self.rows.precision.size]
+        parts = [known.T @ change]
+        for effect in self._effects(found):
+            columns = effect.joints[j]
+            parts.append(np.zeros(effect.count) if columns is None else columns.T @ change)
+        return np.asarray(np.concatenate(parts))
 
     def shown(self, found: Found, other: Found) -> Shown:
         """Of what a set predicts otherwise than another one, how much is there."""
@@ -143,21 +159,20 @@ class HeldOut:
     def in_blocks(self, found: Found, other: Found, joint: int) -> Shown:
         """Of what a set changes of a joint's torque, how much is there.
 
-        Its deviation is that over blocks of time, and what is not known of the set's parameters, which is the
-        same in all of them.
+        Its deviation is that over blocks of time, and what is the same in all of them: misfit, and what is
+        not known of the set's parameters.
         """
         used, blocks = self.rows.prepared.used[:, joint], np.concatenate(self._blocks())
         left, with_it = (self.residual(one)[used, joint] for one in (other, found))
-        shown, change = shown_share(left, with_it, blocks[used]), left - with_it
+        shown = shown_share(left, with_it, blocks[used])
         if shown.of_nothing:
             return shown
-        whole = [self.rows.known.columns]
-        for one, white in zip(found.members, self._effects(found), strict=True):
-            whole.append(effect_rows(self.rows.prepared, one.entry.placed) * white.scale)
-        columns = np.hstack([one[used, joint] for one in whole])
-        seen = columns.T @ change / (change @ change)
-        unknown = float(seen @ found.posterior.covariance @ seen)
-        return Shown(shown.share, float(np.hypot(shown.sigma, np.sqrt(unknown))))
+        known = self.rows.white[joint][:, : self.rows.precision.size]
+        change = _prediction(known, self._effects(found), joint, _mean(found))
+        change = change - _prediction(known, self._effects(other), joint, _mean(other))
+        seen = self._seen(found, joint, change)
+        variance = float(seen @ found.posterior.covariance @ seen) + self._of_misfit(found, joint, change)
+        return Shown(shown.share, float(np.hypot(shown.sigma, np.sqrt(variance) / (change @ change))))
 
     def _blocks(self) -> list[IntArray]:
         """Per recording the block of time of each row; a place that repeats is in one block."""
@@ -182,12 +197,6 @@ class HeldOut:
     def _effects(self, found: Found) -> list[WhiteEffects]:
         placed = [member.entry.placed for member in found.members]
         return [self.made.of(one, partial(self.rows.effect, one)) for one in placed]
-
-
-def _seen(effects: WhiteEffects, j: int, change: FloatArray) -> FloatArray:
-    """(p,) products of columns with a change of a joint's rows."""
-    columns = effects.joints[j]
-    return np.zeros(effects.count) if columns is None else np.asarray(columns.T @ change)
 
 
 def _mean(found: Found) -> tuple[FloatArray, FloatArray]:

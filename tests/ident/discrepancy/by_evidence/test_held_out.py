@@ -154,6 +154,17 @@ def test_what_is_not_known_of_parameters_is_the_same_in_all_blocks() -> None:
     assert less["hardly known"] <= 10, less
 
 
+def test_misfit_is_the_same_in_all_blocks_too() -> None:
+    """It may all be what the effect looks like."""
+    held, rough = in_seconds(held_out(drawn(np.random.default_rng(5)))), a_set(SIZE)
+    rough.level = Level(np.array([30.0 * KAPPA]), np.array([1.0]))
+    usual, more = (held.in_blocks(one, a_set(None), 0) for one in (a_set(SIZE), rough))
+    change = SIZE * COURSE[:, 0]
+    of_misfit = np.sum((SMOOTH.T @ change) ** 2) * KAPPA**2 / MISFIT / (change @ change) ** 2
+    assert more.share == usual.share
+    assert more.sigma**2 - usual.sigma**2 == pytest.approx((30.0**2 - 1.0) * of_misfit)
+
+
 def in_seconds(held: HeldOut) -> HeldOut:
     """The same with ten rows a second."""
     (part,) = held.rows.prepared.parts
