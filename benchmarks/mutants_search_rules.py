@@ -835,6 +835,12 @@ RULES = (
         "share = 0.0 * judged",
     ),
     Broken(
+        "a size that is a shape is no smaller than the vocabulary has",
+        f"{_BY}power/smallest.py",
+        "factor = max(factor, least_of(shapes[0]) / placed.shape[0])",
+        "pass",
+    ),
+    Broken(
         "recordings that judge count for their length",
         f"{_BY}power/planned.py",
         "judged = _duration(judging) / _duration(recordings)",

@@ -35,8 +35,8 @@ from ident.discrepancy import Question
 from ident.discrepancy.by_evidence import diagnose_with_evidence, prior_by_evidence
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.power.planned import known_from_run, planned_sizes
-from ident.discrepancy.by_evidence.power.smallest import Smallest
-from ident.effects.vocabulary import VOCABULARY
+from ident.discrepancy.by_evidence.power.smallest import Smallest, least_of
+from ident.effects.vocabulary import VOCABULARY, family_named
 from robots import Robot
 from robots.arrays import FloatArray
 
@@ -98,6 +98,8 @@ def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, Fl
         here = predicted.get((effect, place_of(effect, drawn.axes, robot)))
         if here is None or not here.seen:
             return line | {"axes": list(drawn.axes), "skipped": "no size is predicted"}
+        if is_least(robot, here):
+            return line | {"axes": list(drawn.axes), "skipped": "the smallest of the vocabulary is larger"}
         line |= {"axes": list(drawn.axes), "size": here.size, "unit": here.unit, "torque": here.torque}
         drawn, line["reached"] = sized(fine, truth, drawn, here, factor, motions[0])
     except DriveError as error:
@@ -113,6 +115,17 @@ def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, Fl
         "verdict": found.verdict,
         "names": [[one.effect, list(one.joints), one.probability, is_named(one)] for one in found.findings],
     }
+
+
+def is_least(robot: Robot, here: Smallest) -> bool:
+    """Whether the size is the smallest that the vocabulary has: named more often than in 80 %."""
+    places = [
+        one
+        for one in family_named(here.name).places(robot)
+        if one.joints == tuple(j - 1 for j in here.joints)
+    ]
+    shapes = (one for place in places for one in family_named(here.name).shapes(robot, place))
+    return any(one.name == here.parameter and here.size <= least_of(one) for one in shapes)
 
 
 def place_of(effect: str, axes: Sequence[int], robot: Robot) -> tuple[int, ...]:

@@ -27,6 +27,7 @@ from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry
 from ident.discrepancy.by_evidence.power.expected import Expectation
+from ident.effects.family import Shape
 from robots.arrays import FloatArray, IntArray
 
 CHANCE = 0.8
@@ -241,6 +242,11 @@ def typical(entry: Entry) -> FloatArray:
     return chosen
 
 
+def least_of(shape: Shape) -> float:
+    """The smallest that the vocabulary has of a size that is a shape: stiffer gears are not looked for."""
+    return max(shape.lower, 0.0)
+
+
 def _log_sums(nats: FloatArray) -> FloatArray:
     """(S,) logarithms of sums over entries, of (S, E): that of scipy looks for what is infinite as well."""
     most = nats.max(axis=1)
@@ -263,6 +269,8 @@ def _said(rows: Rows, entry: Entry, factor: float, rival: Key) -> Smallest:
     """The size in the effect's own unit, and its torque."""
     placed, first = entry.placed, essential(entry)
     robot, shapes = rows.prepared.robot, entry.candidate.shapes
+    if placed.whole:
+        factor = max(factor, least_of(shapes[0]) / placed.shape[0])
     values = np.ones(1) if placed.whole else typical(entry) * entry.white.scale
     own = values[first] if not placed.whole else placed.shape[0]
     parameter = placed.shape_names[0] if placed.whole else placed.parameters[first].name

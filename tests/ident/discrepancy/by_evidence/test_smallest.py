@@ -13,7 +13,8 @@ from ident.discrepancy.by_evidence.decide.screening import _alike
 from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE
 from ident.discrepancy.by_evidence.power import planned
 from ident.discrepancy.by_evidence.power.expected import Expectation
-from ident.discrepancy.by_evidence.power.smallest import SIZES, Smallest, _Odds, worst_first
+from ident.discrepancy.by_evidence.power.smallest import SIZES, Smallest, _Odds, _said, least_of, worst_first
+from ident.effects.family import Shape
 
 ANY = (-np.inf, np.inf)
 DRAWS = 4000
@@ -206,3 +207,21 @@ def test_recordings_that_judge_count_for_their_length(monkeypatch: pytest.Monkey
             lag_known=True,
         )
         assert told.pop() == pytest.approx(share)
+
+
+def test_a_size_that_is_a_shape_is_no_smaller_than_the_vocabulary_has() -> None:
+    """A gear of 1.1e-6 rad/(N·m) was said to be named, where the stiffest that is looked for has 2.7e-6."""
+    shape, other = (Shape("a", "1", (0.2, 0.4), lower, 0.8) for lower in (0.1, -0.1))
+    assert (least_of(shape), least_of(other)) == (0.1, 0.0)
+    placed = SimpleNamespace(whole=True, shape=(0.2,), shape_names=("compliance",))
+    prepared: Any = SimpleNamespace(
+        robot=SimpleNamespace(joint=[SimpleNamespace(torque=10.0, torque_unit="N·m")]),
+        used=np.ones((4, 1), dtype=np.bool_),
+        parts=(SimpleNamespace(columns=lambda placed: np.ones((4, 1, 1))),),
+    )
+    family = SimpleNamespace(essential=())
+    candidate = SimpleNamespace(key=("joint_elasticity", (0,)), shapes=(shape,), family=family)
+    one: Any = SimpleNamespace(placed=placed, candidate=candidate, white=SimpleNamespace(scale=np.ones(1)))
+    for factor, size in ((0.01, 0.1), (0.5, 0.1), (0.75, 0.15), (np.inf, np.inf)):
+        said = _said(cast(Any, SimpleNamespace(prepared=prepared)), one, factor, ("nothing", ()))
+        assert said.size == pytest.approx(size)
