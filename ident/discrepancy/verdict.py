@@ -9,7 +9,6 @@ from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.results import Candidate, Diagnosis, DiagnosisVerdict, Finding
 from ident.discrepancy.unexplained import Unexplained
 from ident.discrepancy.unrepeated import Unrepeated
-from ident.effects.entry import joint_words
 from ident.effects.vocabulary import family_named
 from ident.verdicts import Gate
 from robots.arrays import FloatArray
@@ -107,7 +106,7 @@ def description(verdict: DiagnosisVerdict, left: Left, ranking: Sequence[Candida
     first = next((one for one in ranking if one.probability > _MAJORITY), None)
     if first is None:
         return f"the residual follows no effect of the vocabulary; {worst.sentence()}"
-    name = f"{first.effect.replace('_', ' ')} ({joint_words(first.joints)})"
+    name = first.words().replace("_", " ")
     return (
         f"it may be {name}, probability {first.probability:.2f}, which is too little for a name;"
         f" {worst.sentence()}"

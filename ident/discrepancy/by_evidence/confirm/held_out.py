@@ -90,12 +90,11 @@ class HeldOut:
         observed = predicted = variance = 0.0
         shown = np.zeros(found.posterior.covariance.shape[0])
         for j, white in enumerate(self.rows.white):
-            m = self.rows.misfit[j].shape[1]
             with_it = _prediction(white[:, :k], own, j, _mean(found))
             change = with_it - instead(j, white)
             size = float(change @ change)
             predicted += size
-            observed += size + 2.0 * float(change @ (white[:, k + m] - with_it))
+            observed += size + 2.0 * float(change @ (white[:, -1] - with_it))
             excess = float(found.level.excess[j])
             variance += excess**2 * size + self._of_misfit(found, j, change)
             variance += size * change.size * (excess**2 - 1.0)
