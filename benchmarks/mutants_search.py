@@ -68,7 +68,7 @@ FIGURES = (
     Figure(f"{_BY}decide/elsewhere", "_DURATION", "motion all over the travel | 24 s"),
     Figure(f"{_BY}decide/elsewhere", "_OF_LIMITS", "motion all over the travel | 24 s; 0.9 of the limits"),
     Figure(f"{_BY}decide/elsewhere", "_ALLOWED", "a name; an interval; a majority | 0.9; 95 %"),
-    Figure(f"{_BY}accepted", "SPREAD", "0.2 % of each parameter"),
+    Figure(f"{_BY}accepted", "RUN_TO_RUN", "0.2 % of each parameter"),
     Figure(f"{_BY}accepted", "_LEAST_MISFIT", "at least 0.3 noise"),
     Figure(f"{_BY}decide/no_name", "OUTSIDE", "odds without a name | 0.1;"),
     Figure(f"{_BY}decide/no_name", "_IMITATED", "odds without a name | 0.1; imitated 0.2"),

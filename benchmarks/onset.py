@@ -21,7 +21,8 @@ import robots
 from benchmarks.naming_report import share
 from drivers.simulated.scenario import Scenario
 from ident import Recording, identify
-from ident.discrepancy import accepted_noise, accepted_prior
+from ident.discrepancy import accepted_noise
+from ident.discrepancy.by_evidence import accepted_prior
 from ident.discrepancy.component import Component
 from ident.discrepancy.onset import Onset, onset_of
 from ident.discrepancy.prepared_recording import prepared_recordings
@@ -46,7 +47,7 @@ def onset(fit: Recording, accepted: Recording, effect: str) -> Onset | None:
     estimate = identify(ROBOT, (accepted,)).result.recommended
     base = base_parameters(RegressorModel.of(robot))
     noise = accepted_noise(base, (accepted,))
-    prior = accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
+    prior = accepted_prior(estimate.values, estimate.covariance, noise)
     prepared = prepared_recordings(robot, (fit,))
     step = Step.of(base, prepared, prior)
     family = family_named(effect)

@@ -8,7 +8,8 @@ import numpy as np
 
 from daq.files.model_file import ModelFile, ModelFileError
 from ident import BaseParameters
-from ident.discrepancy import Prior, accepted_prior
+from ident.discrepancy import Prior
+from ident.discrepancy.by_evidence import accepted_prior
 from robots.arrays import FloatArray
 from robots.description import Robot
 
@@ -35,7 +36,7 @@ def prior_from(base: BaseParameters, path: Path, accepted: ModelFile) -> Prior:
         )
     order = np.array([names.index(name) for name in base.names])
     values, spread = accepted.values[order], covariance[np.ix_(order, order)]
-    return accepted_prior(base, values, spread, noise=_noise_of(base.model.robot, accepted))
+    return accepted_prior(values, spread, _noise_of(base.model.robot, accepted))
 
 
 def _noise_of(robot: Robot, accepted: ModelFile) -> FloatArray | None:

@@ -212,7 +212,7 @@ def _stage_row(stage: StageStatus) -> StageRow:
         return StageRow(stage.name, stage.state, None, NOTHING, NOTHING, "", NOTHING, NOTHING)
     cycles = str(run.facts.get("cycles", NOTHING))
     if run.facts.get("missed_cycles"):
-        cycles += f" ({run.facts['missed_cycles']} deadlines missed)"
+        cycles += f" (deadlines missed: {run.facts['missed_cycles']})"
     return StageRow(
         name=stage.name,
         state=stage.state,

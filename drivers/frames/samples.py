@@ -120,7 +120,8 @@ class StreamResult:
         if not self.missed_cycles:
             return f"{self.cycles} cycles"
         missed = self.missed_cycles
-        return f"{self.cycles} of {self.cycles + missed} cycles ({missed} deadlines missed)"
+        deadlines = "deadline" if missed == 1 else "deadlines"
+        return f"{self.cycles} of {self.cycles + missed} cycles ({missed} {deadlines} missed)"
 
     @property
     def ending(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ident.discrepancy.accepted_noise import accepted_noise
 from ident.discrepancy.gap import Gap
-from ident.discrepancy.prior import Prior, accepted_prior, described_prior
+from ident.discrepancy.prior import Prior, described_prior
 from ident.discrepancy.question import Question
 from ident.discrepancy.results import Candidate, Diagnosis, Finding, FoundParameter
 
@@ -17,6 +17,5 @@ __all__ = [
     "Prior",
     "Question",
     "accepted_noise",
-    "accepted_prior",
     "described_prior",
 ]

@@ -39,32 +39,6 @@ class Prior:
         return rows, np.asarray(rows @ np.where(held, self.values, 0.0))
 
 
-def accepted_prior(
-    base: BaseParameters,
-    values: FloatArray,
-    covariance: FloatArray,
-    relative_spread: float = 0.002,
-    friction_spread: float = 0.002,
-    noise: FloatArray | None = None,
-) -> Prior:
-    """An accepted model as prior.
-
-    Args:
-        base: what the parameters are.
-        values: (b,) accepted estimates.
-        covariance: (b, b) theirs.
-        relative_spread: what two identifications of an unchanged arm may differ by beyond their σ.
-        friction_spread: the same of friction, which follows temperature; infinite to leave it free.
-        noise: (n,) of the accepted recording, see ``noise_level``; louder joints are then noticed.
-    """
-    friction = _is_friction(base)
-    spread = np.where(friction, 0.0 if np.isinf(friction_spread) else friction_spread, relative_spread)
-    widened = covariance + np.diag((spread * values) ** 2)
-    if np.isinf(friction_spread):
-        widened = _with_free_friction(base, widened)
-    return Prior(values, widened, "accepted model", noise)
-
-
 def described_prior(base: BaseParameters, relative_spread: float = 0.1) -> Prior:
     """The description as prior: inertias of URDF and rotors, each known to so much of itself."""
     standard = base.model.prior()

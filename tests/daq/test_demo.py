@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -202,9 +203,12 @@ def test_ctrl_c_while_the_arm_moves(
     assert (capture.outcome["outcome"], capture.outcome["reason"]) == ("stopped", "Ctrl-C")
     assert not capture.damage
     (line,) = err.splitlines()
-    assert line == (
-        f"armhil: stopped (Ctrl-C): the arm is at rest and its torque is off;"
-        f" {len(capture.samples)} cycles kept in {path}"
+    # A busy machine may miss deadlines, which is said.
+    assert re.fullmatch(
+        r"armhil: stopped \(Ctrl-C\): the arm is at rest and its torque is off;"
+        rf" {len(capture.samples)}( of \d+)? cycles( \(\d+ deadlines? missed\))? kept in"
+        rf" {re.escape(str(path))}",
+        line,
     )
     assert_ramped_down(tx40, capture)
 

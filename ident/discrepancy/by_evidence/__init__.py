@@ -4,7 +4,7 @@ probabilities.
 
 from __future__ import annotations
 
-from ident.discrepancy.by_evidence.accepted import prior_by_evidence
+from ident.discrepancy.by_evidence.accepted import accepted_prior, prior_by_evidence
 from ident.discrepancy.by_evidence.diagnosis import diagnose_with_evidence
 from ident.discrepancy.by_evidence.report.answer import (
     EvidenceAnswer,
@@ -19,6 +19,7 @@ __all__ = [
     "EvidenceFinding",
     "EvidenceVerdict",
     "JointMisfit",
+    "accepted_prior",
     "diagnose_by_evidence",
     "diagnose_with_evidence",
     "prior_by_evidence",

@@ -18,8 +18,8 @@ from daq.text.progress import Silent
 from drivers.simulated import draw_truth
 from drivers.simulated.scenario import Scenario
 from ident import BaseParameters, Recording, RegressorModel, base_parameters, identify
-from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise, accepted_prior
-from ident.discrepancy.by_evidence import diagnose_with_evidence
+from ident.discrepancy import Diagnosis, Prior, Question, accepted_noise
+from ident.discrepancy.by_evidence import accepted_prior, diagnose_with_evidence
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
 from tests.daq.diagnosis.offline_bench import OfflineBench
@@ -65,7 +65,7 @@ def search(rig: Robot, accepted: Recording, fit: Recording, validation: Recordin
 
     def prior(base: BaseParameters) -> Prior:
         noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
+        return accepted_prior(estimate.values, estimate.covariance, noise)
 
     return diagnose_with_evidence(Question(rig, (fit,), (validation,), VOCABULARY, prior), sizes=False)[0]
 

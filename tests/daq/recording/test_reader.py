@@ -19,7 +19,7 @@ from daq.recording.mcap_scan import scan
 from daq.recording.reader import read_capture
 from daq.recording.recorder import Recorder
 from daq.recording.run_facts import outcome_facts
-from drivers import Samples
+from drivers import Samples, StreamResult
 from drivers.cyclic import stream
 from robots import Robot
 from tests.daq.captures import BATCH, facts, record_cycles, samples
@@ -99,6 +99,15 @@ def test_where_the_cyclic_process_died_nothing_is_known_of_its_counts(tmp_path: 
     counts = ("cycles", "missed_cycles", "late_cycles", "incomplete_cycles", "incomplete_before", "overflows")
     assert {told[name] for name in counts} == {"unknown"}
     assert result.cycles_words == "an unknown number of cycles"
+
+
+def test_cycles_in_words() -> None:
+    def words(missed: int) -> str:
+        return StreamResult("stopped", "Ctrl-C", 89, missed, 0).cycles_words
+
+    assert words(0) == "89 cycles"
+    assert words(1) == "89 of 90 cycles (1 deadline missed)"
+    assert words(2) == "89 of 91 cycles (2 deadlines missed)"
 
 
 def test_thirty_truncations(whole: bytes, read: Callable[[bytes], Capture]) -> None:

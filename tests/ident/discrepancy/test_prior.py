@@ -7,7 +7,9 @@ import pytest
 
 import robots
 from ident import RegressorModel, base_parameters
-from ident.discrepancy.prior import Prior, accepted_prior, described_prior
+from ident.discrepancy.by_evidence.accepted import RUN_TO_RUN, accepted_prior
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE
+from ident.discrepancy.prior import Prior, described_prior
 
 
 def test_rows_say_what_the_covariance_says() -> None:
@@ -36,8 +38,11 @@ def test_the_description_leaves_friction_free_and_holds_the_links() -> None:
 
 
 def test_an_accepted_model_is_no_surer_than_two_runs_agree() -> None:
-    base = base_parameters(RegressorModel.of(robots.load("tx40")))
-    values = np.arange(1.0, base.independent.size + 1)
-    prior = accepted_prior(base, values, np.zeros((values.size, values.size)), 0.01, 0.05)
-    share = np.sqrt(np.diag(prior.covariance)) / values
-    assert set(np.round(share, 12)) == {0.01, 0.05}
+    """To the power of the evidence, which counts the prior's square by T, two deviations make two nats."""
+    values = np.array([1.0, -2.0, 30.0])
+    prior = accepted_prior(values, np.zeros((3, 3)))
+    away = 2.0 * RUN_TO_RUN * values[1]
+    assert TEMPERATURE * 0.5 * away**2 / prior.covariance[1, 1] == pytest.approx(2.0)
+    assert np.count_nonzero(prior.covariance) == 3
+    rough = accepted_prior(values, np.eye(3))
+    assert rough.covariance == pytest.approx(np.eye(3) + prior.covariance)

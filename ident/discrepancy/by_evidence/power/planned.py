@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.discrepancy.align import lag_is_known
-from ident.discrepancy.by_evidence.accepted import SPREAD, prior_of
+from ident.discrepancy.by_evidence.accepted import prior_of, widened
 from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, predicted
 from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
@@ -207,5 +207,5 @@ def _of_this_motion(
     misfit = usual_misfit(noise)
     posterior = Gram(rows, ()).posterior(Level(misfit, np.ones_like(misfit)))
     b = values.size
-    covariance = posterior.covariance[:b, :b] + np.diag((SPREAD * values) ** 2)
+    covariance = widened(values, posterior.covariance[:b, :b])
     return Prior(values, covariance, "this motion", np.array([one.marginal for one in noise]), misfit)

@@ -8,7 +8,8 @@ from typing import Any, cast
 import robots
 from drivers.simulated.scenario import Scenario
 from ident import BaseParameters, Recording, identify
-from ident.discrepancy import Prior, Question, accepted_noise, accepted_prior
+from ident.discrepancy import Prior, Question, accepted_noise
+from ident.discrepancy.by_evidence.accepted import accepted_prior
 from ident.discrepancy.by_evidence.diagnosis import course_of
 from ident.discrepancy.by_evidence.in_loop import InLoop
 from ident.discrepancy.step import LoopStep
@@ -33,7 +34,7 @@ def of_recording(fit: Recording) -> LoopStep:
 
     def prior(base: BaseParameters) -> Prior:
         noise = accepted_noise(base, (accepted,))
-        return accepted_prior(base, estimate.values, estimate.covariance, noise=noise)
+        return accepted_prior(estimate.values, estimate.covariance, noise)
 
     step = course_of(Question(robot, (fit,), (fit,), (), prior)).step.in_loop()
     return cast(LoopStep, step)

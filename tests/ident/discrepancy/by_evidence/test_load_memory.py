@@ -9,8 +9,8 @@ import pytest
 
 import robots
 from ident import Recording, identify
-from ident.discrepancy import Question, accepted_prior
-from ident.discrepancy.by_evidence import diagnose_with_evidence
+from ident.discrepancy import Question
+from ident.discrepancy.by_evidence import accepted_prior, diagnose_with_evidence
 from ident.discrepancy.results import Diagnosis, Finding
 from ident.discrepancy.settings import searching
 from ident.effects import State
@@ -40,7 +40,7 @@ def against_a_clean_arm(effect: str, **values: float) -> Diagnosis:
     both = (recorded(effect, 0, 2, **values),), (recorded(effect, 1, 3, **values),)
 
     def prior(base):  # type: ignore[no-untyped-def]
-        return accepted_prior(base, estimate.values, estimate.covariance)
+        return accepted_prior(estimate.values, estimate.covariance)
 
     return diagnose_with_evidence(Question(EMPS, *both, VOCABULARY, prior), sizes=False)[0]
 
@@ -97,7 +97,7 @@ def accepted_and_unchanged(entry: EffectEntry, mu: float, late: float) -> Diagno
     extended = extended_model(searching(EMPS, both[0][0]), model)
 
     def prior(base):  # type: ignore[no-untyped-def]
-        return accepted_prior(base, estimate.values, estimate.covariance)
+        return accepted_prior(estimate.values, estimate.covariance)
 
     question = Question(EMPS, both[0], both[1], VOCABULARY, prior, extended)
     return diagnose_with_evidence(question, sizes=False)[0]

@@ -8,11 +8,11 @@ import numpy as np
 
 import robots
 from ident import Recording, RegressorModel
+from ident.discrepancy.by_evidence.accepted import accepted_prior
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.library.candidates import candidates
-from ident.discrepancy.prior import accepted_prior
 from ident.effects import State
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import Family, Law, Parameters, Parts, along, each_joint
@@ -113,7 +113,7 @@ def problem_of(more: Callable[[FloatArray], FloatArray], accepted: bool = False)
     if not accepted:
         return problem
     beta = problem.start
-    return pose(base, accepted_prior(base, beta, np.diag(1e-6 * beta**2 + 1e-8)), data, None)
+    return pose(base, accepted_prior(beta, np.diag(1e-6 * beta**2 + 1e-8)), data, None)
 
 
 def searching(problem: Problem, families: Sequence[Family]) -> Search:
