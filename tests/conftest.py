@@ -48,6 +48,16 @@ def pytest_sessionstart(session: pytest.Session) -> None:
             compiling.wait()
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that ask for more time than others begin first: none of them keeps one worker busy at the end."""
+
+    def asked(item: pytest.Item) -> float:
+        mark = item.get_closest_marker("timeout")
+        return float(mark.args[0]) if mark is not None else 0.0
+
+    items.sort(key=asked, reverse=True)
+
+
 @pytest.fixture(scope="session")
 def repository() -> Path:
     """The root of the clone."""
