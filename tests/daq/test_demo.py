@@ -32,7 +32,7 @@ from drivers.simulated import SimulatedArm
 from robots import Robot
 from tests.daq.captures import samples_in
 
-SHORT = ["--duration", "4", "--periods", "1", "--evaluations", "600"]
+SHORT = ["--duration", "5", "--periods", "1", "--evaluations", "600"]
 VERDICTS = {"exogenous", "endogenous", "instruments_invalid", "not_testable"}
 
 
@@ -129,7 +129,7 @@ def test_from_a_trajectory_to_a_verdict(
     assert not capture.damage
     assert capture.outcome is not None and capture.outcome["outcome"] == "completed"
     assert int(capture.outcome["cycles"]) == len(capture.samples)
-    assert len(capture.samples) * capture.period == pytest.approx(4.0, rel=0.5)
+    assert len(capture.samples) * capture.period == pytest.approx(5.0, rel=0.5)
     assert (capture.run["seed"], capture.run["kind"]) == ("5", "simulated")
     assert capture.run["channel"] == str(channel)
     assert len(json.loads(capture.run["drives"])) == 6
@@ -231,7 +231,7 @@ def assert_ramped_down(robot: Robot, capture: Capture) -> None:
 
 def whole_run(robot: Robot, channel: Channel, folder: Path) -> DemoResult:
     folder.mkdir()
-    return run_demo(DemoRequest(robot, robot.name, channel, 8, folder, 2.5, 1, 100), Silent())
+    return run_demo(DemoRequest(robot, robot.name, channel, 8, folder, 5.0, 1, 100), Silent())
 
 
 @pytest.mark.slow
@@ -261,7 +261,7 @@ def test_a_second_demo_takes_the_next_free_group(emps: Robot, channel: Channel, 
     """
     hidden = tmp_path / "hidden.toml"
     hidden.write_text("format = 1\n[[viscous_friction]]\ndrive = 1\nchange = 0.5\n", encoding="utf-8")
-    request = DemoRequest(emps, "emps", channel, 1, tmp_path, 4.0, 1, 200, any_group=True, scenario=hidden)
+    request = DemoRequest(emps, "emps", channel, 1, tmp_path, 5.0, 1, 200, any_group=True, scenario=hidden)
     with SimulatedArm("emps", channel, 1):
         with pytest.raises(BusOccupied, match="is occupied"):
             run_demo(replace(request, any_group=False), Silent())

@@ -27,7 +27,7 @@ from drivers import Channel
 from tests.daq.captures import samples_in
 from tests.daq.service.filled import fill
 
-SHORT = ["--duration", "4", "--evaluations", "300"]
+SHORT = ["--duration", "5", "--evaluations", "300"]
 
 
 def command(channel: Channel, *more: str) -> list[str]:
