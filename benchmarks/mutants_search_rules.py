@@ -11,6 +11,20 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "where nothing is confirmed beside the rest, the rest goes",
+        "ident/discrepancy/course.py",
+        "if moving < len(found) or len(found) == 1:",
+        "if True:",
+        ("tests/ident/discrepancy/test_course.py",),
+    ),
+    Broken(
+        "where nothing is ever confirmed, all of it stays",
+        "ident/discrepancy/course.py",
+        "if unconfirmed is None:",
+        "if True:",
+        ("tests/ident/discrepancy/test_course.py",),
+    ),
+    Broken(
         "what runs differ by counts in full: it is no row",
         "ident/discrepancy/by_evidence/accepted.py",
         "covariance + TEMPERATURE * np.diag",

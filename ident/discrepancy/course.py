@@ -116,36 +116,52 @@ class Course:
         standstill that the same recordings showed, so it is asked of one with the description's.
 
         What is doubted goes first: beside two delays that were not there a friction of which other motion
-        showed 100.4 ± 0.5 % had gone.
+        showed 100.4 ± 0.5 % had gone. Where nothing is confirmed beside all the rest, they go as well until
+        something is; if nothing ever is, all of them stay, not confirmed. (Beside a base that gives way, of
+        which other motion showed −1900 ± 1700 %, the counterbalance of a real arm had 470 ± 320 %; alone it
+        has 82 ± 9 %.)
         """
         rejected: list[Finding] = []
+        unconfirmed: tuple[Step, Step, list[Accepted], tuple[list[Finding], list[Finding], LoopRun]] | None
+        unconfirmed = None
         while True:
-            last = validation.loop_run(self.step)
-            moving = last if self.step is self.moving else validation.loop_run(self.moving)
-            found = []
-            for k, one in enumerate(self.findings):
-                without = self._without(k)
-                whole = self.moving
-                loops = (validation.loop_run(without), moving)
-                if k >= len(self._in_motion()):
-                    whole, described = self.step, validation.as_described
-                    loops = (described.loop_run(without), described.loop_run(whole))
-                found.append(validation.finding(one, without, whole, loops))
+            found, last = self._asked_of(validation)
             wrong = [k for k, one in enumerate(found) if not one.confirmation.passed]
-            confirmed, in_motion = len(found) - len(wrong), self._in_motion()
+            confirmed, moving = len(found) - len(wrong), len(self._in_motion())
             refuted = False
-            if len(found) > len(in_motion):
-                wrong = [k for k in wrong if k >= len(in_motion)]
+            if len(found) > moving:
+                wrong = [k for k in wrong if k >= moving]
                 refuted = any(found[k].confirmation.refuted for k in wrong)
-            if not wrong or not (confirmed or refuted):
+            if not wrong:
                 return found, rejected, last
+            if not (confirmed or refuted):
+                if unconfirmed is None:
+                    unconfirmed = (self.step, self.moving, self.findings, (found, list(rejected), last))
+                if moving < len(found) or len(found) == 1:
+                    self.step, self.moving, self.findings, answer = unconfirmed
+                    return answer
             k = min(wrong, key=lambda k: _least_borne_out(found[k]))
             rejected.append(found[k])
             self.step = self.moving
-            if k < len(in_motion):
-                self._fit_together([one for j, one in enumerate(in_motion) if j != k])
+            if k < moving:
+                self._fit_together([one for j, one in enumerate(self._in_motion()) if j != k])
             else:
-                self.findings = in_motion
+                self.findings = self._in_motion()
+
+    def _asked_of(self, validation: Validation) -> tuple[list[Finding], LoopRun]:
+        """Findings beside each other on recordings that were not fitted, and the loop with all of them."""
+        last = validation.loop_run(self.step)
+        moving = last if self.step is self.moving else validation.loop_run(self.moving)
+        found = []
+        for k, one in enumerate(self.findings):
+            without = self._without(k)
+            whole = self.moving
+            loops = (validation.loop_run(without), moving)
+            if k >= len(self._in_motion()):
+                whole, described = self.step, validation.as_described
+                loops = (described.loop_run(without), described.loop_run(whole))
+            found.append(validation.finding(one, without, whole, loops))
+        return found, last
 
 
 def _least_borne_out(finding: Finding) -> tuple[bool, float]:

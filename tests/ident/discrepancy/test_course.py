@@ -124,3 +124,35 @@ def test_what_is_doubted_goes_before_what_only_the_loop_beside_it_contradicts() 
     left, rejected, _ = course.validated(validation)
     assert [one.name for one in left] == ["friction", "play"]  # type: ignore[attr-defined]
     assert [one.name for one in rejected] == ["delay"]  # type: ignore[attr-defined]
+
+
+class _BesideEachOther(_Validation):
+    """Other motion shows a spring whole, once no base that gives way is in the model."""
+
+    def finding(self, accepted: Any, without: object, whole: Any, loops: object) -> Any:
+        alone = len(whole.base.model.effects) == 2
+        share = {"spring": 0.8 if alone else 4.7, "base": -19.0, "delay": 0.6}[accepted.name]
+        sigma = 0.1 if alone and accepted.name == "spring" else 10.0
+        return SimpleNamespace(name=accepted.name, confirmation=Confirmation(Shown(share, sigma), None))
+
+
+@pytest.mark.parametrize(
+    ("names", "kept", "rejected"),
+    [
+        (("spring", "base", "delay"), ["spring"], ["base", "delay"]),
+        (("base", "delay"), ["base", "delay"], []),
+    ],
+)
+def test_where_nothing_is_confirmed_beside_the_rest_the_rest_goes_or_all_of_it_stays(
+    names: Sequence[str], kept: list[str], rejected: list[str]
+) -> None:
+    count = 1 + len(names)
+    found: Any = [SimpleNamespace(name=name) for name in names]
+    course = _Course((), step(1), step(count), step(count), None, found)
+    course.step = course.moving
+    validation: Any = _BesideEachOther()
+    left, gone, _ = course.validated(validation)
+    assert [one.name for one in left] == kept  # type: ignore[attr-defined]
+    assert [one.name for one in gone] == rejected  # type: ignore[attr-defined]
+    assert [one.name for one in course.findings] == kept  # type: ignore[attr-defined]
+    assert len(course.step.base.model.effects) == 1 + len(kept)
