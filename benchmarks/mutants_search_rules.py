@@ -11,6 +11,20 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "what leaves a parameter of the loop undetermined is not added",
+        "ident/discrepancy/course.py",
+        "        _ = step.examination.covariance  # raises where rows of the loop determine too little\n",
+        "",
+        ("tests/ident/discrepancy/test_course.py",),
+    ),
+    Broken(
+        "where nothing is fitted the drives were asked for what was measured",
+        "ident/discrepancy/by_evidence/confirm/held_out.py",
+        "validation.asked(None)",
+        "validation.asked(problem.present)",
+        ("tests/ident/discrepancy/by_evidence/test_held_out.py",),
+    ),
+    Broken(
         "where nothing is confirmed beside the rest, the rest goes",
         "ident/discrepancy/course.py",
         "if moving < len(found) or len(found) == 1:",

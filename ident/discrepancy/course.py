@@ -64,6 +64,7 @@ class Course:
         """
         refined = refit(in_loop.examination, [component], in_loop.present)
         step = self._extended(in_loop, refined)
+        _ = step.examination.covariance  # raises where rows of the loop determine too little
         robot = self.first.base.model.robot
         self.findings = [*self.findings, Accepted.of(robot, component, basis, refined, 0)]
         self.step, self.reversing = step, in_loop

@@ -9,6 +9,7 @@ mistaken for a delay.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
@@ -158,11 +159,11 @@ class Examination:
         """Of β̂ (b, b), rows being white up to what is left; an IdentificationError where none can be had."""
         left = float(self.residual @ self.residual / max(1, self.residual.size - self.beta.size))
         scale = np.linalg.norm(self.instruments, axis=0)
-        z = self.instruments / scale
-        try:
-            inverse = np.linalg.inv(z.T @ z)
-        except np.linalg.LinAlgError:
-            inverse = -np.eye(scale.size)
+        inverse = -np.eye(scale.size)
+        if scale.all():  # a drive that saturates has no rows in the simulated loop
+            z = self.instruments / scale
+            with suppress(np.linalg.LinAlgError):
+                inverse = np.linalg.inv(z.T @ z)
         if not (np.diag(inverse) > 0.0).all():
             raise IdentificationError(
                 "rows that are fitted do not determine every parameter; allowed: longer recordings, --prior"

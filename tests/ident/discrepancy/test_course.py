@@ -8,9 +8,11 @@ from typing import Any
 
 import pytest
 
+from ident.discrepancy import course as module
 from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.confirmation import Confirmation, Shown
 from ident.discrepancy.course import Course
+from ident.errors import IdentificationError
 
 
 def step(effects: int) -> Any:
@@ -156,3 +158,27 @@ def test_where_nothing_is_confirmed_beside_the_rest_the_rest_goes_or_all_of_it_s
     assert [one.name for one in gone] == rejected  # type: ignore[attr-defined]
     assert [one.name for one in course.findings] == kept  # type: ignore[attr-defined]
     assert len(course.step.base.model.effects) == 1 + len(kept)
+
+
+class _Undetermined:
+    """Rows of a loop in which something of the model has none."""
+
+    @property
+    def covariance(self) -> object:
+        raise IdentificationError("rows that are fitted do not determine every parameter")
+
+
+def test_what_leaves_a_parameter_of_the_loop_undetermined_is_not_added(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A drive that saturates has no row in such a loop; beside a hysteresis there was no answer at all."""
+    found: Any = [SimpleNamespace(name="saturation")]
+    course = _Course((), step(1), step(2), step(2), None, found)
+    before = course.step
+    monkeypatch.setattr(module, "refit", lambda *rows: None)
+    monkeypatch.setattr(course, "_extended", lambda *rows: SimpleNamespace(examination=_Undetermined()))
+    in_loop: Any = SimpleNamespace(examination=None, present=None)
+    nobody: Any = None
+    with pytest.raises(IdentificationError):
+        course.add_in_loop(in_loop, nobody, nobody)
+    assert course.step is before and course.findings == found and course.reversing is None

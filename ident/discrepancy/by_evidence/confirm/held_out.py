@@ -74,7 +74,7 @@ class HeldOut:
     @classmethod
     def of(cls, problem: Problem, validation: Prepared) -> HeldOut:
         """Rows of a validation with the noise and the prior of the fit."""
-        prepared = validation.asked(problem.present)
+        prepared = validation.asked(None)
         known, _ = known_columns(prepared, problem.base, problem.prior, problem.start, problem.present)
         basis = misfit_basis(prepared, problem.present)
         return cls(problem, Rows(prepared, known, basis, problem.rows.noise))

@@ -90,6 +90,19 @@ class Part:
         """The other periods' motion at the rows."""
         return _every(self.other, slice(None), self.finer)
 
+    def asked(self, present: PresentModel | None) -> Part:
+        """With the torque that a model predicts for what was asked of the drives; with None the measured.
+
+        That is for recordings that nothing is fitted to, where no parameter follows its noise: no model knows
+        what an integrator asks for at a limit.
+        """
+        if self.other.torque is not None:
+            return self
+        assert self.own.torque is not None
+        measured = np.repeat(self.own.torque, self.finer, axis=0)
+        torque = measured if present is None else present.torque(self.other)
+        return replace(self, other=replace(self.other, torque=torque))
+
     def columns(self, effect: PlacedEffect) -> FloatArray:
         """Of an effect at the other periods' motion, rows × joints × p."""
         if self._shorter is None or not is_timeless(effect):
@@ -133,15 +146,9 @@ class Prepared:
         """Whether no sample's own noise is in the motion that columns are made of."""
         return all(part.simulated or part.period is not None for part in self.parts)
 
-    def asked(self, present: PresentModel) -> Prepared:
-        """With the torque that a model predicts where no other period shows what was asked of the drives."""
-        parts = [
-            part
-            if part.other.torque is not None
-            else replace(part, other=replace(part.other, torque=present.torque(part.other)))
-            for part in self.parts
-        ]
-        return replace(self, parts=tuple(parts))
+    def asked(self, present: PresentModel | None) -> Prepared:
+        """With what was asked of the drives where no other period shows it, see :meth:`Part.asked`."""
+        return replace(self, parts=tuple(part.asked(present) for part in self.parts))
 
     def not_repeating(self, values: FloatArray) -> FloatArray:
         """What of rows × joints does not repeat, less friction that changes over a recording."""
