@@ -14,7 +14,7 @@ from daq.diagnosis.apart import PlanSettings
 def test_the_planned_motion_settles_what_a_poor_one_left_open(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(beside, "SETTINGS", PlanSettings(evaluations=150))
     effect = "nonlinear_viscous_friction"
-    line = beside.one_run(effect, 584)
+    line = beside.one_run(effect, 894502)
     assert line["verdict"] == "ambiguous" and beside.holds(line, line["first"])
     assert len(line["first"]["names"][0]) > 1
     assert beside.settled(line, line["planned"]) and not beside.wrong(line, line["planned"])
