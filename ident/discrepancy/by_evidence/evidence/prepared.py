@@ -99,8 +99,8 @@ class Part:
         if self.other.torque is not None:
             return self
         assert self.own.torque is not None
-        measured = np.repeat(self.own.torque, self.finer, axis=0)
-        torque = measured if present is None else present.torque(self.other)
+        measured = self.own.torque
+        torque = np.repeat(measured, self.finer, axis=0) if present is None else present.torque(self.other)
         return replace(self, other=replace(self.other, torque=torque))
 
     def columns(self, effect: PlacedEffect) -> FloatArray:
