@@ -41,8 +41,7 @@ class PreparedRecording:
         started: s from the start of the first recording to the time zero of this one.
         measured: the motion at the full rate, samples × joints.
         instruments: the same motion without this sample's own noise: the mean of the other periods where
-            the trajectory repeats, else the measured motion itself (without torque: a measured torque
-            would explain itself).
+            the trajectory repeats, else the measured motion itself.
         full_torque: at the full rate, samples × joints, N·m (or N).
         torque: the same decimated, rows × joints.
         moving: rows × joints, away from reversals and standstills.
@@ -159,9 +158,7 @@ def prepared_recording(
         recording=recording,
         started=started,
         measured=measured,
-        instruments=replace(measured, torque=None)
-        if period is None
-        else _part(_from_other_periods(state, period), keep),
+        instruments=measured if period is None else _part(_from_other_periods(state, period), keep),
         full_torque=torque[keep],
         torque=thinned(torque[keep], settings.decimation, settings.decimation_filter),
         moving=_moving(robot, measured, recording.sample_time, settings),

@@ -37,7 +37,8 @@ def _make(
     drive, row = place.joints[0], drive_row(robot, place)
 
     def law(state: State) -> FloatArray:
-        direction = np.sign(drive_torque(robot, present.torque(state), drive))
+        asked = present.torque(state) if state.torque is None else state.torque
+        direction = np.sign(drive_torque(robot, asked, drive))
         return as_positions_show(robot, state, along(row, direction))
 
     def parts(values: FloatArray) -> SimulatedParts:

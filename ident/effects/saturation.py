@@ -20,7 +20,9 @@ from ident.effects.simulated import DriveChange, SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_SHARES = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)
+_LEAST, _STEP, _STEPS = 0.02, 1.1, 41
+"""Of the described limit: the smallest that is looked for, and how far one is from the next. A setting may be
+any, and what is asked for beyond it a few per cent of it."""
 
 
 def _torque_limit(robot: Robot, drive: int) -> float:
@@ -49,8 +51,8 @@ def _make(
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     limit = _torque_limit(robot, place.joints[0])
-    grid = tuple(limit * share for share in _SHARES)
-    return (Shape("torque_limit", torque_unit(robot, place), grid, 0.05 * limit, limit, True),)
+    grid = tuple(limit * _LEAST * _STEP**number for number in range(_STEPS))
+    return (Shape("torque_limit", torque_unit(robot, place), grid, _LEAST * limit, limit, True),)
 
 
 SATURATION = Family(

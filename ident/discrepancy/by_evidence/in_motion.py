@@ -54,8 +54,7 @@ def found_in_motion(course: Course, answer: EvidenceAnswer, fitted: Validation) 
 def _has_size(course: Course, finding: EvidenceFinding) -> bool:
     """Whether rows that are fitted show it; if not, it stays in the ranking, and the others get sizes.
 
-    Where no motion repeats a measured torque would explain itself, so there a drive that saturates has no
-    rows; such a one would leave a whole set without sizes, and so without names.
+    What the present model takes up whole would leave a whole set without sizes, and so without names.
     """
     first = course.first
     component = component_of(first.base.model.robot, finding.placed)

@@ -350,6 +350,19 @@ def test_saturation_takes_what_is_asked_beyond_the_limit() -> None:
     assert 0.1 < (expected != 0).mean() < 0.9
 
 
+def test_a_dead_zone_takes_the_direction_in_which_the_drive_was_asked() -> None:
+    """While a drive passes its dead zone no torque acts, and the model's own passes zero at another time."""
+    model = present("tx40").torque(MOTION)
+    late = np.roll(model, model.shape[0] // 20, axis=0)
+    asked, planned = (
+        placed("command_dead_zone", 0).columns(replace(MOTION, torque=torque))[:, 0, 0]
+        for torque in (late, None)
+    )
+    assert np.mean(np.sign(asked) == np.sign(late[:, 0])) > 0.99
+    assert np.mean(np.sign(planned) == np.sign(model[:, 0])) > 0.99
+    assert np.mean(np.sign(asked) == np.sign(planned)) < 0.95
+
+
 def test_a_lag_leads_by_the_torque_s_rate() -> None:
     """Against differences of the model's torque on the same motion a little earlier and later."""
     model, h = present("tx40"), 1e-4

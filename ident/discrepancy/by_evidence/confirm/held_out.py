@@ -74,10 +74,9 @@ class HeldOut:
     @classmethod
     def of(cls, problem: Problem, validation: Prepared) -> HeldOut:
         """Rows of a validation with the noise and the prior of the fit."""
-        prepared = validation.asked(None)
-        known, _ = known_columns(prepared, problem.base, problem.prior, problem.start, problem.present)
-        basis = misfit_basis(prepared, problem.present)
-        return cls(problem, Rows(prepared, known, basis, problem.rows.noise))
+        known, _ = known_columns(validation, problem.base, problem.prior, problem.start, problem.present)
+        basis = misfit_basis(validation, problem.present)
+        return cls(problem, Rows(validation, known, basis, problem.rows.noise))
 
     def confirmation(self, found: Found, other: Found) -> Confirmation:
         """Of what a set predicts otherwise than another one, which lacks an effect or has another for it."""

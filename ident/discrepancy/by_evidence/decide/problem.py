@@ -82,7 +82,6 @@ def pose(
     """
     values = first_values(base, prior, prepared)
     present = Present(base.model, base.standard_from(values, base.model.prior()))
-    prepared = prepared.asked(present)
     known, beta = known_columns(prepared, base, prior, values, present)
     basis = misfit_basis(prepared, present)
     noise = first_noise(prepared, known, basis)

@@ -7,7 +7,7 @@ nothing above the rate of the rows is left to be folded down. No second filter i
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +18,7 @@ from ident.discrepancy.by_evidence.evidence.repeated_motion import is_timeless, 
 from ident.discrepancy.by_evidence.evidence.slow import without_slow
 from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
 from ident.effects import State
-from ident.effects.family import PlacedEffect, PresentModel
+from ident.effects.family import PlacedEffect
 from ident.errors import IdentificationError
 from ident.preparation.observed_torque import load_torque, observed_torque
 from ident.recording import Recording
@@ -90,19 +90,6 @@ class Part:
         """The other periods' motion at the rows."""
         return _every(self.other, slice(None), self.finer)
 
-    def asked(self, present: PresentModel | None) -> Part:
-        """With the torque that a model predicts for what was asked of the drives; with None the measured.
-
-        That is for recordings that nothing is fitted to, where no parameter follows its noise: no model knows
-        what an integrator asks for at a limit.
-        """
-        if self.other.torque is not None:
-            return self
-        assert self.own.torque is not None
-        measured = self.own.torque
-        torque = np.repeat(measured, self.finer, axis=0) if present is None else present.torque(self.other)
-        return replace(self, other=replace(self.other, torque=torque))
-
     def columns(self, effect: PlacedEffect) -> FloatArray:
         """Of an effect at the other periods' motion, rows × joints × p."""
         if self._shorter is None or not is_timeless(effect):
@@ -145,10 +132,6 @@ class Prepared:
     def apart(self) -> bool:
         """Whether no sample's own noise is in the motion that columns are made of."""
         return all(part.simulated or part.period is not None for part in self.parts)
-
-    def asked(self, present: PresentModel | None) -> Prepared:
-        """With what was asked of the drives where no other period shows it, see :meth:`Part.asked`."""
-        return replace(self, parts=tuple(part.asked(present) for part in self.parts))
 
     def not_repeating(self, values: FloatArray) -> FloatArray:
         """What of rows × joints does not repeat, less friction that changes over a recording."""
@@ -232,7 +215,7 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
     positions = simulated(recording) if simulated is not None and period is None else None
     if positions is not None:
         found = motion(recording.time, positions, untrimmed)
-        other = State(found.position, found.velocity, found.acceleration, time, None, recording.load)
+        other = State(found.position, found.velocity, found.acceleration, time, carried, recording.load)
         other = _every(other, keep, 1)
     return Part(
         own=_every(own, slice(None), stride),
@@ -253,7 +236,7 @@ def _of_other_periods(own: State, period: int | None) -> State:
     phase of all other periods.
     """
     if period is None:
-        return replace(own, torque=None)
+        return own
     assert own.torque is not None
     channels = (own.position, own.velocity, own.acceleration, own.torque)
     position, velocity, acceleration, asked = (others_mean(one, period) for one in channels)

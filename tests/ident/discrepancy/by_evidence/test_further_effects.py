@@ -8,8 +8,13 @@ import pytest
 import robots
 from drivers.simulated import draw_truth
 from drivers.simulated.scenario import Scenario
+from ident import Recording
 from ident.discrepancy import Question
-from ident.discrepancy.by_evidence import diagnose_by_evidence, prior_by_evidence
+from ident.discrepancy.by_evidence import (
+    diagnose_by_evidence,
+    diagnose_with_evidence,
+    prior_by_evidence,
+)
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding
 from ident.effects.vocabulary import confused_with, family_named
 from robots.description import Robot
@@ -111,3 +116,29 @@ def test_a_foot_that_gives_way() -> None:
     assert found["about"][0] == 1.0
     assert found["compliance"][0] == pytest.approx(1.0 / 5e4, rel=0.1)
     assert found["foot_inertia"][0] == pytest.approx(0.5, abs=0.3)  # beside an arm of 4 kg·m²
+
+
+def test_a_drive_at_its_limit_where_nothing_repeats() -> None:
+    """No other period says what an integrator asked for beyond it: the measured signal does."""
+
+    def once(scenario: dict[str, object], motion: int, seed: int) -> Recording:
+        run = recorded(EMPS, TRUTH, hidden(scenario) if scenario else Scenario(), motion, seed, 5.0)
+        half = run.time.size // 2
+        assert run.reference is not None
+        channels = (run.reference, run.position, run.control_signal)
+        return Recording(run.name, run.time[:half], *(one[:half] for one in channels))
+
+    limit = 3.0
+    limited = {"saturation": [{"drive": 1, "limit": limit}]}
+    accepted = recorded(EMPS, TRUTH, Scenario(), 0, 1, 5.0)
+    families = tuple(family_named(one) for one in ("saturation", *confused_with("saturation")))
+    fit, validation = once(limited, 0, 2), once(limited, 1, 3)
+    question = Question(
+        EMPS, (fit,), (validation,), families, lambda base: prior_by_evidence(base, (accepted,))
+    )
+    diagnosis, _ = diagnose_with_evidence(question, sizes=False)
+    (found,) = diagnosis.findings
+    assert (diagnosis.verdict, found.effect, found.joints) == ("named", "saturation", (1,))
+    sizes = {one.name: one.value for one in found.parameters}
+    assert sizes["torque_limit"] == pytest.approx(limit * GAIN, rel=0.02)
+    assert sizes["excess1"] == pytest.approx(1.0, abs=0.05)

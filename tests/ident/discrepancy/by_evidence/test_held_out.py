@@ -10,15 +10,13 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
-from ident.discrepancy.by_evidence.decide.problem import pose
 from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.evidence.noise import Noise
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared, prepare
 from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
 from ident.discrepancy.confirmation import Shown
+from ident.discrepancy.prepared_recording import prepared_recording
 from ident.effects import State
-from ident.parameters.base import base_parameters
-from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 from tests.ident.discrepancy.by_evidence.test_hyperparameters import arm, log
 
@@ -185,14 +183,16 @@ def test_a_place_that_repeats_is_in_one_block_and_recordings_are_apart() -> None
     assert np.unique(second).tolist() == [2, 3, 4, 5]
 
 
-def test_where_nothing_is_fitted_the_drives_were_asked_for_what_was_measured() -> None:
+def test_where_nothing_repeats_the_drives_were_asked_for_what_was_measured() -> None:
     """At a limit an integrator asks for anything, which no model says; of what repeats other periods do."""
     robot = arm(log())
-    problem = pose(base_parameters(RegressorModel.of(robot)), None, prepare(robot, [log()]), None)
-    single, repeated = (
-        HeldOut.of(problem, prepare(robot, [log(count)])).rows.prepared.parts[0] for count in (1, 3)
-    )
+    single, repeated = (prepare(robot, [log(count)]).parts[0] for count in (1, 3))
     assert single.period is None and repeated.period is not None
     np.testing.assert_array_equal(single.at_rows.torque, single.own.torque)
     assert single.other.position.shape == np.shape(single.other.torque)
     assert not np.any(repeated.at_rows.torque == repeated.own.torque)
+    shown = prepare(robot, [log(1)], lambda recording: recording.position + 1e-4).parts[0]
+    assert shown.simulated and not np.any(shown.at_rows.position == single.at_rows.position)
+    np.testing.assert_array_equal(shown.at_rows.torque, shown.own.torque)
+    fitted = prepared_recording(robot, log(1))
+    assert fitted.instruments.torque is fitted.measured.torque

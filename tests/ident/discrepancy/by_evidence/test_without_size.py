@@ -49,19 +49,19 @@ def named(words: str, something: float = 1.0) -> SimpleNamespace:
 def test_an_effect_without_rows_takes_no_name_from_the_others(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Where no motion repeats a measured torque would explain itself, and saturation has no rows."""
+    """What the present model takes up whole would leave the others without sizes."""
     taken: list[str] = []
     monkeypatch.setattr(in_motion, "component_of", lambda _, words: SimpleNamespace(effect=lambda *_: words))
     monkeypatch.setattr(in_motion, "basis_of", lambda *given: None)
     monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: [])
-    monkeypatch.setattr(in_motion, "partialled", lambda _, words: None if words == "saturation" else words)
+    monkeypatch.setattr(in_motion, "partialled", lambda _, words: None if words == "offset" else words)
     model = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
     first = SimpleNamespace(base=model.base, examination=None, present=None)
     take = lambda components, bases: taken.extend(one.effect() for one in components)  # noqa: E731
-    answer: Any = SimpleNamespace(findings=[named("saturation"), named("lag"), named("play", 0.85)])
+    answer: Any = SimpleNamespace(findings=[named("offset"), named("lag"), named("play", 0.85)])
     course: Any = SimpleNamespace(take=take, first=first, step=model, findings=[])
     nobody: Any = None
     with caplog.at_level(logging.WARNING):
         in_motion.found_in_motion(course, answer, nobody)
     assert taken == ["lag"]
-    assert "saturation: the rows" in caplog.text
+    assert "offset: the rows" in caplog.text
