@@ -107,20 +107,22 @@ def autoregressive_whitening(
 ) -> Whitening:
     """Fit an AR model to each joint's residual, its order by BIC.
 
+    A joint of which no row counts (a simulated loop may stand where the arm moves) has no innovation, and
+    takes no order from the others.
+
     Args:
         residual: samples × joints, N·m (or N).
         segment: (samples,) recording index.
         used: samples × joints, the rows of the fit.
         parameters: b, shared out over the joints as lost degrees of freedom.
     """
-    joints = residual.shape[1]
-    largest = largest_order(used)
-    coefficients, sigma = [], np.empty(joints)
-    for joint in range(joints):
+    joints, there = residual.shape[1], used.any(axis=0)
+    largest = largest_order(used[:, there]) if there.any() else 0
+    coefficients, sigma = [np.empty(0) for _ in range(joints)], np.ones(joints)
+    for joint in np.flatnonzero(there):
         lagged = _lagged(residual[:, joint], segment, used[:, joint], largest)
-        a, deviation = best_process(lagged.T @ lagged, len(lagged))
+        coefficients[joint], deviation = best_process(lagged.T @ lagged, len(lagged))
         sigma[joint] = deviation * np.sqrt(len(lagged) / (len(lagged) - parameters / joints))
-        coefficients.append(a)
     return Whitening("ar", tuple(coefficients), sigma)
 
 

@@ -39,6 +39,21 @@ def test_the_order_and_the_coefficients_are_found() -> None:
     assert whitening.sigma == pytest.approx([1.0, 1.0], rel=0.03)
 
 
+def test_a_joint_without_rows_takes_no_order_from_the_others() -> None:
+    """Met in a simulated loop whose first joint stood still all the time: it ended a diagnosis."""
+    residual, segment = autoregressive([1.2, -0.5], 6000, 2, seed=1), np.zeros(6000, dtype=np.int64)
+    used = np.ones(residual.shape, dtype=np.bool_)
+    alone = autoregressive_whitening(residual[:, 1:], segment, used[:, 1:], parameters=0)
+    used[:, 0] = False
+    whitening = autoregressive_whitening(residual, segment, used, parameters=0)
+    np.testing.assert_array_equal(whitening.coefficients[1], alone.coefficients[0])
+    assert whitening.sigma[1] == alone.sigma[0] and whitening.coefficients[0].size == 0
+    white = whitening.apply(residual[:, :, np.newaxis], segment, used)
+    assert white.shape == (6000 - alone.coefficients[0].size, 1) and np.isfinite(white).all()
+    none = autoregressive_whitening(residual, segment, np.zeros_like(used), parameters=0)
+    assert none.apply(residual[:, :, np.newaxis], segment, np.zeros_like(used)).shape == (0, 1)
+
+
 def test_whitened_rows_are_white() -> None:
     residual = autoregressive([0.9], 4000, 3, seed=2)
     segment = np.repeat([0, 1], 2000)

@@ -167,6 +167,15 @@ def test_misfit_is_the_same_in_all_blocks_too() -> None:
     assert more.sigma**2 - usual.sigma**2 == pytest.approx((30.0**2 - 1.0) * of_misfit)
 
 
+def test_rows_that_are_used_here_and_there_say_nothing_where_noise_remembers() -> None:
+    held = in_seconds(held_out(drawn(np.random.default_rng(5))))
+    (part,) = held.rows.prepared.parts
+    gaps = Prepared(None, (replace(part, used=np.arange(ROWS)[:, np.newaxis] % 2 == 0),))  # type: ignore[arg-type]
+    rows = replace(held.rows, prepared=gaps, noise=(Noise(np.array([0.5]), 1.0),))
+    assert not rows.counts[0]
+    assert replace(held, rows=rows).in_blocks(a_set(SIZE), a_set(None), 0) == Shown(0.0, 0.0)
+
+
 def in_seconds(held: HeldOut) -> HeldOut:
     """The same with ten rows a second."""
     (part,) = held.rows.prepared.parts
