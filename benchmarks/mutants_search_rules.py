@@ -32,13 +32,6 @@ RULES = (
         ("tests/ident/discrepancy/by_evidence/test_sets.py",),
     ),
     Broken(
-        "and never at less than the set has",
-        _BY + "decide/screening.py",
-        "found.level.kappa > accepted",
-        "found.level.kappa > 0.0",
-        ("tests/ident/discrepancy/by_evidence/test_sets.py",),
-    ),
-    Broken(
         "of a row an effect of the measured torque leaves open what its column has at most",
         _BY + "evidence/rows.py",
         "np.abs(thin[acts, j]).max()",

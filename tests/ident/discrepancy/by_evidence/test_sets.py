@@ -150,16 +150,6 @@ def test_a_screened_candidate_is_as_likely_as_its_set() -> None:
     assert one.log_odds == pytest.approx(usual, abs=1e-6)
 
 
-def test_no_candidate_is_screened_with_less_misfit_than_is_accepted() -> None:
-    problem = problem_of(lambda q: torque(q, w9=0.3))
-    few = replace(problem, level=problem.level.changed(0, kappa=0.5 * float(problem.misfit.accepted[0])))
-    empty = found_set(few, (), few.level, ())
-    wanted = candidates(problem.prepared.robot, [waves("nine", w9=1.0)])
-    (one,) = screen(few, empty, library(few.rows, wanted, present_with(few, empty)))
-    alone = found_set(few, (one.best,), few.level, ())
-    assert one.log_odds == pytest.approx(alone.log_posterior - empty.log_posterior, abs=1e-6)
-
-
 def test_the_best_shape_costs_what_integrating_over_all_costs() -> None:
     """Laplace's method against an integral over the width of the prior."""
     problem = problem_of(lambda q: torque(q, w9=0.5))
