@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -18,6 +19,9 @@ class NoTests(UserError):
 def run_tests(start: Path, arguments: Sequence[str]) -> int:
     """Run pytest in the clone that this installation, or else the present folder, belongs to.
 
+    What Python compiles is kept beside the packages, not in the clone, also where the environment says to
+    keep nothing: each worker and each process that a test starts would compile it all again.
+
     Args:
         start: the present folder.
         arguments: what follows ``armhil test``.
@@ -31,7 +35,10 @@ def run_tests(start: Path, arguments: Sequence[str]) -> int:
     root = _clone(start)
     if importlib.util.find_spec("pytest") is None:
         raise NoTests("pytest is not installed; ./armhil test in a clone installs it")
-    return subprocess.call([sys.executable, "-m", "pytest", *pytest_arguments(root, arguments)], cwd=root)
+    kept = {**os.environ, "PYTHONPYCACHEPREFIX": str(Path(sys.prefix) / "bytecode")}
+    kept.pop("PYTHONDONTWRITEBYTECODE", None)
+    words = [sys.executable, "-m", "pytest", *pytest_arguments(root, arguments)]
+    return subprocess.call(words, cwd=root, env=kept)
 
 
 def pytest_arguments(root: Path, given: Sequence[str]) -> list[str]:

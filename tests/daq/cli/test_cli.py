@@ -16,7 +16,7 @@ import pytest
 from typer.main import get_command
 
 from daq.cli import entry as cli
-from daq.cli.run_tests import pytest_arguments
+from daq.cli.run_tests import pytest_arguments, run_tests
 from daq.identification import identify
 from drivers import ArmSession, Channel
 from drivers.simulated import SimulatedArm
@@ -469,6 +469,25 @@ def test_test_keeps_its_workers_and_leaves_the_slow_ones_out(
     given: list[str], expected: list[str], repository: Path
 ) -> None:
     assert pytest_arguments(repository, given) == expected
+
+
+def test_what_tests_compile_is_kept_beside_the_packages(
+    monkeypatch: pytest.MonkeyPatch, repository: Path
+) -> None:
+    """Also where the environment says to keep nothing; the clone stays as it is."""
+    called = []
+
+    def call(words: list[str], cwd: Path, env: dict[str, str]) -> int:
+        called.append((words, cwd, env))
+        return 3
+
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    monkeypatch.setattr("daq.cli.run_tests.subprocess.call", call)
+    assert run_tests(repository, ["tests/test_docs.py"]) == 3
+    ((words, cwd, env),) = called
+    assert words[:3] == [sys.executable, "-m", "pytest"] and cwd == repository
+    assert "PYTHONDONTWRITEBYTECODE" not in env and os.environ["PYTHONDONTWRITEBYTECODE"] == "1"
+    assert Path(env["PYTHONPYCACHEPREFIX"]).parent == Path(sys.prefix)
 
 
 def test_a_time_out_ends_one_test_and_not_the_worker(tmp_path: Path, repository: Path) -> None:
