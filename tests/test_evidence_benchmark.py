@@ -69,6 +69,9 @@ def test_the_report_tells_clean_arms_from_changed_ones_and_says_how_well_probabi
     assert "| clean arm called clean | 1 of 2 |\n" in text
     assert "| changed arm called clean | 1 of 1 |\n" in text
     assert "| clean arm with a finding | 1 of 2 |\n" in text
+    nameless = line([[UNKNOWN, [1]]], verdict="unnamed")
+    first = "| right name and joint first, of what the vocabulary has | 0 of 1 |\n"
+    assert first in text and first in report([clean, missed, nameless])
     real = {**line([["payload", []]], ("torque_ripple", [1], 0.99, True)), "kind": "real"}
     assert "| a name that is not hidden | 0 of 1 |\n" in report([clean, real])
     both = {**missed, "answers": {**missed["answers"], "rules": {**missed["answers"]["evidence"]}}}
