@@ -32,13 +32,6 @@ RULES = (
         ("tests/ident/discrepancy/by_evidence/test_sets.py",),
     ),
     Broken(
-        "of a row an effect of the measured torque leaves open what its column has at most",
-        _BY + "evidence/rows.py",
-        "np.abs(thin[acts, j]).max()",
-        "np.abs(self.prepared.torque[acts, j]).max()",
-        ("tests/ident/discrepancy/by_evidence/test_rows.py",),
-    ),
-    Broken(
         "in a dead zone's direction the drive was asked, not the model",
         "ident/effects/command_dead_zone.py",
         "present.torque(state) if state.torque is None else state.torque",

@@ -19,8 +19,8 @@ class NoTests(UserError):
 def run_tests(start: Path, arguments: Sequence[str]) -> int:
     """Run pytest in the clone that this installation, or else the present folder, belongs to.
 
-    What Python compiles is kept beside the packages, not in the clone, also where the environment says to
-    keep nothing: each worker and each process that a test starts would compile it all again.
+    What Python compiles is kept, also where the environment says not to: each worker and each process that a
+    test starts would compile it all again.
 
     Args:
         start: the present folder.
@@ -35,8 +35,7 @@ def run_tests(start: Path, arguments: Sequence[str]) -> int:
     root = _clone(start)
     if importlib.util.find_spec("pytest") is None:
         raise NoTests("pytest is not installed; ./armhil test in a clone installs it")
-    kept = {**os.environ, "PYTHONPYCACHEPREFIX": str(Path(sys.prefix) / "bytecode")}
-    kept.pop("PYTHONDONTWRITEBYTECODE", None)
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     words = [sys.executable, "-m", "pytest", *pytest_arguments(root, arguments)]
     return subprocess.call(words, cwd=root, env=kept)
 

@@ -168,9 +168,8 @@ class HeldOut:
         known = self.rows.white[joint][:, : self.rows.precision.size]
         change = _prediction(known, self._effects(found), joint, _mean(found))
         change = change - _prediction(known, self._effects(other), joint, _mean(other))
-        if (
-            not change.any()
-        ):  # rows are used here and there, and none with as many before it as the noise remembers
+        # Rows are used here and there, and none with as many before it as the noise remembers.
+        if not change.any():
             return Shown(0.0, 0.0)
         seen = self._seen(found, joint, change)
         variance = float(seen @ found.posterior.covariance @ seen) + self._of_misfit(found, joint, change)

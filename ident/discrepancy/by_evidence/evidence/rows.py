@@ -231,7 +231,7 @@ class Rows:
         return WhiteEffects(scale.size, joints, np.array(placed.centre) / scale, bounds, scale, unsaid)
 
     def _unsaid(self, thin: FloatArray) -> float:
-        """Nats of rows of which the effect leaves open as much as its column has at most, not noise alone.
+        """Nats of rows whose torque the effect leaves open: anything up to the largest, not noise alone.
 
         Without them an effect that takes the measured torque for its column explains all by itself.
         """
@@ -239,7 +239,7 @@ class Rows:
         for j, noise in enumerate(self.noise):
             acts = thin[:, j].any(axis=1) & self.prepared.used[:, j]
             if acts.any():
-                open_to = float(np.abs(thin[acts, j]).max())
+                open_to = float(np.abs(self.prepared.torque[acts, j]).max())
                 total += int(acts.sum()) * max(float(np.log(open_to / noise.deviation)), 0.0)
         return total
 

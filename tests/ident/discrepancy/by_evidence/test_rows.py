@@ -115,23 +115,6 @@ def test_an_effect_that_is_made_of_the_measured_torque_does_not_explain_it() -> 
     assert found_set(problem, (member,), problem.level, (0,)).log_evidence < problem.score - 100.0
 
 
-def test_a_drive_at_its_limit_leaves_open_what_is_beyond_it() -> None:
-    """A row beyond the limit may ask for as much more as the largest does, and for nothing below it."""
-    time = np.arange(round(16.0 * RATE)) / RATE
-    log = recording(0.05 * np.sin(np.pi * 40.0 * time / PERIOD))
-    robot = settings_for(EMPS, log)
-    problem = pose(base_parameters(RegressorModel.of(robot)), None, prepare(robot, [log]), None)
-    (one,) = candidates(robot, (family_named("saturation"),))
-    asked = np.concatenate([part.at_rows.torque for part in problem.prepared.parts])
-    limit = 0.7 * float(np.abs(asked).max())
-    white = problem.rows.effect(one.at(robot, (limit,), problem.present))
-    beyond = (np.abs(asked) > limit) & problem.prepared.used
-    most = float(np.abs(asked[beyond]).max()) - limit
-    noise = problem.rows.noise[0].deviation
-    assert white.unsaid == pytest.approx(beyond.sum() * np.log(most / noise), rel=1e-6)
-    assert white.unsaid > 100.0
-
-
 def test_an_effect_whose_products_are_forgotten_keeps_no_rows() -> None:
     class Nobody:
         """In the place of rows."""
