@@ -41,13 +41,10 @@ hypothesis.settings.load_profile("armhil")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Workers on a fresh clone would each compile the same simulations and tests, more than a minute each."""
+    """Workers on a fresh clone would each compile the same simulations, a minute of a processor."""
     if session.config.getoption("numprocesses", default=None) and not hasattr(session.config, "workerinput"):
-        first = [["tests.compile_first", arm] for arm in ("emps", "tx40")]
-        if not sys.dont_write_bytecode:
-            first.append(["pytest", "--collect-only", "-qq", *session.config.args])
-        words = [[sys.executable, "-m", *one] for one in first]
-        for compiling in [subprocess.Popen(one, cwd=ROOT, stdout=subprocess.DEVNULL) for one in words]:
+        words = [sys.executable, "-m", "tests.compile_first"]
+        for compiling in [subprocess.Popen([*words, arm], cwd=ROOT) for arm in ("emps", "tx40")]:
             compiling.wait()
 
 

@@ -63,7 +63,8 @@ class Part:
     Attributes:
         own: motion at the rows, of this sample.
         other: motion at ``finer`` times the rows without this sample's noise: that of the other periods where
-            the trajectory repeats, of a simulation where there is one.
+            the trajectory repeats, of a simulation where there is one. Its torque is what was asked of the
+            drives: in the other periods, or else as it was measured.
         torque: rows × joints, N·m (or N).
         used: rows × joints, away from standstills.
         period: rows per period of the trajectory, None where it does not repeat.
