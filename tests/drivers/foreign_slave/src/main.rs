@@ -8,7 +8,7 @@ mod plant;
 
 use std::time::{Duration, Instant};
 
-use socketcan::{CanFrame, CanSocket, EmbeddedFrame, Id, Socket, StandardId};
+use socketcan::{CanFilter, CanFrame, CanSocket, EmbeddedFrame, Id, Socket, SocketOptions, StandardId};
 use zencan_node::common::messages::{CanId, CanMessage};
 use zencan_node::common::NodeId;
 use zencan_node::{Callbacks, Node};
@@ -22,10 +22,11 @@ mod od {
 
 const SYNC: u32 = 0x080;
 const TPDO_1: u32 = 0x180;
-const TPDO_1_ENDS: u32 = 0x200;
 const HEARTBEAT: u32 = 0x700;
 const HEARTBEAT_LOST: u16 = 0x8130;
 const FOLLOWING_ERROR: u16 = 0x8611;
+const FUNCTION: u32 = 0x780;
+const NODE: u32 = 0x07F;
 /// Share of the distance to the target that is covered in a SYNC period.
 const FOLLOWS: f64 = 0.5;
 
@@ -134,6 +135,15 @@ impl Axis {
         }
     }
 
+    /// Where the other drives were at the SYNC before.
+    fn hear_others(&mut self, socket: &CanSocket) {
+        while let Ok(frame) = socket.read_frame() {
+            if let (Some(plant), Some((cob_id, data))) = (&mut self.plant, opened(&frame)) {
+                plant.hear((cob_id - TPDO_1) as usize, data);
+            }
+        }
+    }
+
     fn misses_its_master(&mut self) -> bool {
         if od::OBJECT1016.get(0).unwrap_or(0) & 0xFFFF == 0 {
             self.watch = None;
@@ -151,6 +161,23 @@ fn period() -> f64 {
     f64::from(od::OBJECT60C2.get_value()) * 10f64.powi(i32::from(od::OBJECT60C2.get_exponent()))
 }
 
+/// A socket of the interface that is woken by frames whose id is one of these under its mask, as a controller's
+/// acceptance filters are.
+fn accepting(interface: &str, ids: &[(u32, u32)]) -> CanSocket {
+    let socket = CanSocket::open(interface).expect("the interface opens");
+    let filters: Vec<CanFilter> = ids.iter().map(|&(id, mask)| CanFilter::new(id, mask)).collect();
+    socket.set_filters(&filters).expect("the filters");
+    socket
+}
+
+/// Number and data of a frame with an 11-bit id.
+fn opened(frame: &CanFrame) -> Option<(u32, &[u8])> {
+    match (frame, frame.id()) {
+        (CanFrame::Data(data), Id::Standard(id)) => Some((u32::from(id.as_raw()), data.data())),
+        _ => None,
+    }
+}
+
 fn send(socket: &CanSocket, cob_id: u32, data: &[u8]) {
     let id = StandardId::new(cob_id as u16).expect("an 11-bit id");
     if let Some(frame) = CanFrame::new(id, data) {
@@ -166,8 +193,12 @@ fn main() {
     if let Some(plant) = &plant {
         od::OBJECT6092.set(0, plant.units_per_turn()).expect("the feed constant");
     }
-    let socket = CanSocket::open(&interface).expect("the interface opens");
+    let to_all = [(0, NODE | FUNCTION), (SYNC, NODE | FUNCTION), (HEARTBEAT, FUNCTION)];
+    let socket = accepting(&interface, &[&to_all[..], &[(u32::from(number), NODE)]].concat());
     socket.set_read_timeout(Duration::from_millis(5)).expect("a timeout");
+    // Where the other drives are is read with the SYNC: their frames need not wake this one.
+    let others = accepting(&interface, &[(TPDO_1, FUNCTION)]);
+    others.set_nonblocking(true).expect("a socket that does not wait");
     od::OBJECT1000.set_value(0x0002_0192);
     od::OBJECT1018.set_serial(1000 + u32::from(number));
     let start = Instant::now();
@@ -186,19 +217,15 @@ fn main() {
     loop {
         let frame = socket.read_frame().ok();
         let mut error = None;
-        if let Some(CanFrame::Data(data)) = &frame {
-            if let Id::Standard(id) = data.id() {
-                let cob_id = u32::from(id.as_raw());
-                if cob_id == SYNC {
-                    error = axis.sync();
-                } else if cob_id > HEARTBEAT && cob_id <= HEARTBEAT + 127 {
-                    axis.hear(cob_id - HEARTBEAT);
-                } else if let (Some(plant), TPDO_1..TPDO_1_ENDS) = (&mut axis.plant, cob_id) {
-                    plant.hear((cob_id - TPDO_1) as usize, data.data());
-                }
-                let message = CanMessage::new(CanId::std(cob_id as u16), data.data());
-                let _ = od::NODE_MBOX.store_message(message);
+        if let Some((cob_id, data)) = frame.as_ref().and_then(opened) {
+            if cob_id == SYNC {
+                axis.hear_others(&others);
+                error = axis.sync();
+            } else if cob_id > HEARTBEAT && cob_id <= HEARTBEAT + 127 {
+                axis.hear(cob_id - HEARTBEAT);
             }
+            let message = CanMessage::new(CanId::std(cob_id as u16), data);
+            let _ = od::NODE_MBOX.store_message(message);
         }
         if axis.misses_its_master() {
             error = Some(HEARTBEAT_LOST);
