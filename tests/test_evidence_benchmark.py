@@ -143,3 +143,16 @@ def test_what_is_drawn_its_log_shows_whatever_the_noise_does() -> None:
     )
     noise = record(arm, settings, (), 96251, 0).control_signal - without
     assert (np.std(with_it - without, axis=0) / np.std(noise, axis=0)).max() > 1.5
+
+
+@pytest.mark.slow
+def test_what_a_refit_takes_up_is_not_drawn_for_one() -> None:
+    arm, settings = ARMS["compact6"], Settings(motion="multisine", periods=1, step=2e-4)
+
+    def drawn(name: str, refit: bool) -> float:
+        return effect_of(np.random.default_rng(1), name, 1, arm, settings, 97321, refit).size
+
+    assert drawn("payload", False) > 0.0
+    with pytest.raises(RuntimeError, match="no size of payload"):
+        drawn("payload", True)
+    assert drawn("position_dependent_friction", True) >= drawn("position_dependent_friction", False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,21 @@ def test_the_description_is_the_plant(name: str, tmp_path: Path) -> None:
     moving[:100], moving[-100:] = False, False
     away = np.sqrt(np.sum((said - torque)[moving] ** 2) / np.sum(torque[moving] ** 2))
     assert away < 0.01
+
+
+def test_a_light_wrist_that_sticks_does_not_creep_under_its_own_dry_friction() -> None:
+    """MuJoCo's constraint by default is viscous up to 0.15 rad/s there."""
+    arm, settings = ARMS["compact6"], replace(SHORT, friction="stick", period=4.0)
+    log = record(arm, settings, (), 97058, 0)
+    wrist = arm.links[5]
+    position, signal = (low_pass(one, 60.0, 1e-3, 4)[:, 5] for one in (log.position, log.control_signal))
+    speed = np.gradient(position, log.time)
+    acceleration = np.gradient(speed, log.time)
+    rest = wrist.gain * signal - wrist.rotor * acceleration
+    slow = (np.abs(speed) > 0.01) & (np.abs(speed) < 0.08) & (np.abs(acceleration) < 1.0)
+    dry = (rest - wrist.viscous * speed)[slow] * np.sign(speed[slow])
+    assert slow.sum() > 50
+    assert np.median(dry) == pytest.approx(wrist.coulomb, rel=0.15)
 
 
 @pytest.mark.slow

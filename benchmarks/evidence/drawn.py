@@ -67,8 +67,6 @@ _TAKEN_UP = (
     "base_tilt",
 )
 """What a refit takes up almost whole."""
-_OFFSETS = ("asymmetric_friction",)
-"""The plant's is all dry: an offset while a joint moves, which a refit takes up, too."""
 _KINDS = (0.2, 0.5, 0.2, 0.1)
 """Chances: nothing, one effect, two, one that the vocabulary does not have."""
 
@@ -142,7 +140,7 @@ def hidden(seed: int) -> tuple[Effect, ...]:
 def _of_whole(seed: int, draw: Draw, random: np.random.Generator, kind: int) -> tuple[Effect, ...]:
     """As :func:`hidden`, of every effect that the plant has; what does not show is drawn again."""
     arm, count = ARMS[draw.arm], (0, 1, 2, 1)[kind]
-    known = OUTSIDE if kind == 3 else whole.names((*_TAKEN_UP, *_OFFSETS) if draw.refit else ())
+    known = OUTSIDE if kind == 3 else whole.names(_TAKEN_UP if draw.refit else ())
     found: list[Effect] = []
     joints = random.permutation(arm.n)
     while len(found) < count:
@@ -151,7 +149,7 @@ def _of_whole(seed: int, draw: Draw, random: np.random.Generator, kind: int) -> 
             continue
         try:
             joint = int(joints[len(found)])
-            found.append(whole.effect_of(random, name, joint, arm, draw.settings, seed))
+            found.append(whole.effect_of(random, name, joint, arm, draw.settings, seed, draw.refit))
         except RuntimeError as error:
             _log.info("%s", error)
     return tuple(found)

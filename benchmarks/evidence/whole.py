@@ -4,16 +4,26 @@ The older draw (:mod:`benchmarks.evidence.drawn`) had 22 names, some so small th
 This one has every name of the plant, and enlarges an effect until it changes the torque of some drive by
 twice the noise that this has, or its position by twenty times the encoders'. What it changes is told by logs
 without noise: the same noise makes another log where a reading falls on another side of the encoder's step.
+Where the model is fitted anew, what counts is what it leaves on the rows of the search.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.foreign_plant import Arm, Effect, Settings, record
+import robots
+from benchmarks.foreign_plant import Arm, Effect, Log, Settings, record
 from benchmarks.foreign_plant.effects import OUTSIDE
+from benchmarks.foreign_plant.files import write_description
+from ident import Recording
+from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
+from ident.parameters.base import base_parameters
+from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
 
 _SHARES = {
@@ -79,7 +89,13 @@ def names(taken_up: tuple[str, ...]) -> list[str]:
 
 
 def effect_of(
-    random: np.random.Generator, name: str, joint: int, arm: Arm, settings: Settings, seed: int
+    random: np.random.Generator,
+    name: str,
+    joint: int,
+    arm: Arm,
+    settings: Settings,
+    seed: int,
+    refit: bool = False,
 ) -> Effect:
     """An effect as large as its log shows it, within a third.
 
@@ -87,6 +103,7 @@ def effect_of(
         random: draws the size.
         name, joint: of the effect; the joint from 0.
         arm, settings, seed: of the log.
+        refit: whether the model is fitted to this log anew.
 
     Raises:
         RuntimeError: no size of it shows that the arm still follows with.
@@ -95,7 +112,8 @@ def effect_of(
     short = replace(settings, periods=1, step=_COARSE)
     quiet = replace(short, noise=0.0)
     clean = record(arm, quiet, (), seed, 0)
-    noise = _rms(record(arm, short, (), seed, 0).control_signal - clean.control_signal)
+    noisy = record(arm, short, (), seed, 0)
+    shown = _after_a_fit(arm, short, clean, noisy) if refit else _at_all(clean, noisy)
     joint = min(joint, arm.n - 2) if name == "wrist_coupling" else max(joint, 1 if name == "crosstalk" else 0)
     effect = Effect(name, -1 if name in _OF_ARM else joint, factor * _usual(name, joint, arm))
     if name == "saturation":
@@ -105,12 +123,51 @@ def effect_of(
     step = 0.95 if name == "saturation" else step
     for _ in range(_MOST):
         log = record(arm, quiet, (effect,), seed, 0)
-        torque = _rms(log.control_signal - clean.control_signal) / noise
-        position = _rms(log.position - clean.position) / _ENCODER_NOISE
-        if max(torque.max(), _OF_POSITION * position.max()) >= _SHOWN:
+        if shown(log) >= _SHOWN:
             return effect
         effect = replace(effect, size=effect.size * step)
     raise RuntimeError(f"{arm.name}: no size of {name} at joint {joint + 1} shows in the log of seed {seed}")
+
+
+def _at_all(clean: Log, noisy: Log) -> Callable[[Log], float]:
+    """Of a log without noise: how much it is another than the clean one, in units of the noise."""
+    noise = _rms(noisy.control_signal - clean.control_signal)
+
+    def shown(log: Log) -> float:
+        torque = _rms(log.control_signal - clean.control_signal) / noise
+        position = _rms(log.position - clean.position) / _ENCODER_NOISE
+        return float(max(torque.max(), _OF_POSITION * position.max()))
+
+    return shown
+
+
+def _after_a_fit(arm: Arm, settings: Settings, clean: Log, noisy: Log) -> Callable[[Log], float]:
+    """The same of what the usual model, fitted by least squares to the rows of the search, leaves there."""
+    with TemporaryDirectory() as folder:
+        write_description(Path(folder), arm, settings)
+        robot = settings_for(robots.load(folder), _recording(clean))
+        base = base_parameters(RegressorModel.of(robot))
+
+    def left(log: Log) -> FloatArray:
+        rows = prepare(robot, (_recording(log),))
+        columns, weight = base.columns(rows.parts[0].own), np.ones((arm.n, 1))
+        for _ in range(2):
+            weighted = (columns / weight)[rows.used], (rows.torque / weight[:, 0])[rows.used]
+            fitted = np.linalg.lstsq(*weighted)[0]
+            rest = np.where(rows.used, rows.torque - columns @ fitted, 0.0)
+            weight[:, 0] = np.sqrt(np.sum(rest**2, axis=0) / rows.used.sum(axis=0))
+        return weight[:, 0]
+
+    usual, noise = left(clean), left(noisy)
+
+    def shown(log: Log) -> float:
+        return float(np.sqrt(np.maximum(left(log) ** 2 - usual**2, 0.0) / noise**2).max())
+
+    return shown
+
+
+def _recording(log: Log) -> Recording:
+    return Recording("drawn", log.time, log.reference, log.position, log.control_signal)
 
 
 def _rms(change: FloatArray) -> FloatArray:

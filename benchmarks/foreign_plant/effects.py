@@ -13,7 +13,7 @@ import numpy as np
 OF_A_JOINT = {
     "viscous_friction": "N·m·s/rad more",
     "coulomb_friction": "N·m more",
-    "asymmetric_friction": "N·m more forwards and less backwards",
+    "asymmetric_friction": "N·m of dry friction more forwards, less backwards; that share of the viscous",
     "stribeck_friction": "N·m more at low speed, 5 % of the speed limit wide",
     "static_friction": "N·m more at standstill, 0.5 % of the speed limit wide",
     "nonlinear_viscous_friction": "N·m at half the speed limit, growing with its cube",

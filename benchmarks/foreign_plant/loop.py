@@ -144,7 +144,9 @@ def _forces(  # noqa: C901 - one branch per effect
         elif kind == COULOMB:
             level[j] += size
         elif kind == ASYMMETRIC:
-            level[j] += size * math.tanh(v / _WIDTH)
+            more = size * math.tanh(v / _WIDTH)
+            level[j] += more
+            p.damping[r] += more / p.figures[j, 1] * p.figures[j, 0]
         elif kind == STRIBECK:
             level[j] += size * math.exp(-abs(v) / (0.05 * fastest))
         elif kind == STATIC:

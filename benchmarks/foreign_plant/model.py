@@ -15,6 +15,9 @@ _SLOSH_LENGTH, _SLOSH_DAMPING = 0.08, 0.002
 """m, and N·m·s/rad."""
 
 _SPLIT = ("joint_elasticity", "backlash")
+_STICKS = 'solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
+"""MuJoCo's sticking is a soft constraint: as it is by default a wrist creeps at up to 0.15 rad/s under its
+own dry friction, which is then viscous. So it creeps at less than 1e-5."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,8 @@ def build(arm: Arm, settings: Settings, effects: tuple[Effect, ...] = ()) -> Mod
     gravity = f"0 {9.81 * np.sin(tilt)} {-9.81 * np.cos(tilt)}"
     text = f"""<mujoco><compiler angle="radian" eulerseq="XYZ" inertiafromgeom="false"/>
 <option timestep="{settings.step}" gravity="{gravity}" integrator="Euler" iterations="50" tolerance="1e-12">
-<flag contact="disable"/></option><worldbody>{body}</worldbody></mujoco>"""
+<flag contact="disable"/></option>
+<default><joint {_STICKS}/></default><worldbody>{body}</worldbody></mujoco>"""
     model = mujoco.MjModel.from_xml_string(text)
 
     def coordinate(name: str) -> int:
