@@ -1195,6 +1195,12 @@ RULES = (
         "_, law, sizes = max(at_once(likeliest, laws), key=lambda one: one[0])",
     ),
     Broken(
+        "where the least size of a law's grid goes best, quicker ones are tried",
+        "ident/discrepancy/presliding.py",
+        "        if (sizes < _NEAREST * tried[0]).any():\n",
+        "        if False:\n",
+    ),
+    Broken(
         "friction may be that of a soft constraint",
         "ident/discrepancy/presliding.py",
         "        laws.append((lambda times: constraints(rates, times), _TIMES))\n",

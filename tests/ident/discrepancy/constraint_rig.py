@@ -14,6 +14,7 @@ from drivers.simulated.offline import simulate_offline
 from ident import BaseParameters, Recording, RegressorModel, base_parameters
 from ident.discrepancy.loop_parts import simulated_with
 from ident.discrepancy.settings import searching
+from ident.effects import FrictionSign
 from ident.effects.simulated import SoftConstraint
 from robots.arrays import FloatArray
 
@@ -31,7 +32,7 @@ def rig(motion: int = 0) -> tuple[BaseParameters, FloatArray, Recording]:
     return base, base.model.prior(), given
 
 
-def recorded(law: SoftConstraint, motion: int = 0) -> Recording:
+def recorded(law: SoftConstraint | FrictionSign, motion: int = 0) -> Recording:
     """What such a rig does of a motion."""
     base, standard, given = rig(motion)
     run = simulated_with(base, standard, (law,), given)

@@ -15,6 +15,7 @@ from ident.discrepancy.prepared_recording import prepared_recording
 from ident.discrepancy.presliding import constraints, standstill_of, stopping_rates
 from ident.discrepancy.simulated_loop import loop_evidence
 from ident.discrepancy.step import Step
+from ident.effects import FrictionSign
 from ident.effects.simulated import SoftConstraint
 from ident.errors import IdentificationError
 from robots.arrays import FloatArray
@@ -42,6 +43,16 @@ def test_friction_that_is_the_force_of_a_constraint_is_found_to_be() -> None:
     assert isinstance(found, SoftConstraint)
     assert found.width == pytest.approx(law.width, rel=0.02), "of the posture, too"
     assert found.time == pytest.approx(law.time, rel=0.05)
+
+
+def test_friction_that_holds_its_drive_at_once_is_found_to_be() -> None:
+    """What a law that is too slow leaves was a static friction on clean arms that stick (0.94)."""
+    base, standard, _ = rig()
+    law = FrictionSign("tanh", 4e-5)
+    piece = prepared_recording(base.model.robot, recorded(law))
+    (found,) = examine_in_loop(base, (piece,), None, base.regroup(standard)).loop.standstill
+    assert isinstance(found, FrictionSign)
+    assert found.width == pytest.approx(law.width, rel=0.5)
 
 
 def test_friction_at_standstill_is_known_where_nothing_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
