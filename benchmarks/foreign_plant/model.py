@@ -16,8 +16,8 @@ _SLOSH_LENGTH, _SLOSH_DAMPING = 0.08, 0.002
 
 _SPLIT = ("joint_elasticity", "backlash")
 _STICKS = 'solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
-"""MuJoCo's sticking is a soft constraint: as it is by default a wrist creeps at up to 0.15 rad/s under its
-own dry friction, which is then viscous. So it creeps at less than 1e-5."""
+"""MuJoCo's sticking is a soft constraint. By its defaults a wrist creeps at up to 0.15 rad/s before
+it slides, and its dry friction is viscous until then; with these figures it creeps at less than 1e-5."""
 
 
 @dataclass(frozen=True)
