@@ -1017,8 +1017,8 @@ RULES = (
     Broken(
         "a part of a period has the pairs of rows within it",
         "ident/kernels/folding.py",
-        "            sums[2, before] += crossing[row]\n",
-        "            sums[2, before] += 0.0\n",
+        "            lost[before - one] += crossing[row]\n",
+        "            lost[before - one] += 0.0\n",
     ),
     Broken(
         "a part of cells has the pairs of rows within it",

@@ -12,8 +12,6 @@ from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import fitted
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
-from ident.effects.family import PlacedEffect
-from ident.effects.simulated import HasSimulatedParts
 from ident.effects.usual import SYMBOLS
 from robots.arrays import FloatArray
 
@@ -47,7 +45,7 @@ class Member:
 
     @property
     def is_friction(self) -> bool:
-        return is_friction(self.entry.placed)
+        return self.entry.is_friction
 
     @property
     def log_prior(self) -> float:
@@ -108,15 +106,7 @@ def stands(problem: Problem, entry: Entry, members: Sequence[Member]) -> bool:
         return False
     coupled = {drives[-1] for name, drives in here if name == "wrist_coupling"}
     lacking = problem.uncoupled - coupled
-    return len(joints) != 1 or joints[0] not in lacking or not is_friction(entry.placed)
-
-
-def is_friction(placed: PlacedEffect) -> bool:
-    """Whether an effect is torque against the speed of a drive, as it is simulated."""
-    if not isinstance(placed, HasSimulatedParts):
-        return False
-    parts = placed.simulated(np.ones(len(placed.parameters)))
-    return bool(parts.friction) or parts.damping is not None
+    return len(joints) != 1 or joints[0] not in lacking or not entry.is_friction
 
 
 def without_effects(problem: Problem) -> Found:

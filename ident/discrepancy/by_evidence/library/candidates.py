@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
+
+import numpy as np
 
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
 from ident.effects.family import EffectFamily, Place, PlacedEffect, PresentModel, Shape
+from ident.effects.simulated import HasSimulatedParts
 from robots.description import Robot
 
 
@@ -68,6 +72,14 @@ class Entry:
     candidate: Candidate
     placed: PlacedEffect
     white: WhiteEffects
+
+    @cached_property
+    def is_friction(self) -> bool:
+        """Whether it is torque against the speed of a drive; kept, since a simulation's tables are dear."""
+        if not isinstance(self.placed, HasSimulatedParts):
+            return False
+        parts = self.placed.simulated(np.ones(len(self.placed.parameters)))
+        return bool(parts.friction) or parts.damping is not None
 
 
 def candidates(robot: Robot, families: Sequence[EffectFamily]) -> tuple[Candidate, ...]:
