@@ -7,7 +7,7 @@ reader would have it:
 - ``armhil demo`` runs for real, but is made short: options that make the motion and the search for it brief
   are put behind what the text says, and a channel of the test's own. ``.ci/run`` runs it at full length.
   ``armhil check``, ``commission``, ``home``, ``jog`` and ``run`` get a channel of the test's own too.
-  One that an earlier page began with in the same words is not run again: what it left is copied.
+  One that another page began with in the same words is not run again: what it left is copied.
 - ``armhil test`` only collects one file: the tests are what is running already.
 - Files that a reader is told to bring (a log, a column map) are made here, and ``robots/`` is a copy.
 """
@@ -35,6 +35,7 @@ from drivers.simulated.offline import simulate_offline
 from drivers.simulated.truth import draw_truth
 from robots import Robot
 from tests.daq.payload_captures import write_payload_captures
+from tests.shared_folder import shared_folder
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -129,10 +130,6 @@ def as_run(words: list[str], channel: Channel) -> list[str]:
     return words
 
 
-BEGUN: dict[tuple[str, ...], Path] = {}
-"""What demos left that pages begin with: the words after ``armhil``, and a copy of ``runs``."""
-
-
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=name_of)
@@ -145,32 +142,40 @@ def test_every_command_of_a_page_runs(
     no_leftovers: None,
 ) -> None:
     for number, words in enumerate(commands(page)):
-        begins = tuple(words[1:]) if number == 0 and words[1:3] == ["demo", "--out"] else None
         assert words[0] in {"armhil", "./armhil", "cp"}, (
             f"{name_of(page)} shows {words[0]}; teach this test to run it"
         )
-        if begins in BEGUN:
-            shutil.copytree(BEGUN[begins], folder / "runs")
-            continue
         bring(folder, words, lambda: request.getfixturevalue("shared_data"))
-        done = subprocess.run(
-            as_run(words, new_channel()),
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            capture_output=True,
-            text=True,
-            timeout=200,
-            check=False,
-        )
-        # 1 is a verdict that warns: the short motion shows less than the one of the text would.
-        warns = {"demo", "diagnose", "export-model", "identify", "plan", "recover"}
-        allowed = {0, 1} if words[1] in warns else {0}
-        if words[1] == "check":
-            allowed = {3}  # an arm's first check has no baseline to be compared with
-        assert done.returncode in allowed, f"$ {shlex.join(words)}\n{done.stdout}{done.stderr}"
-        if begins is not None:
-            BEGUN[begins] = tmp_path_factory.mktemp("begun") / "runs"
-            shutil.copytree(folder / "runs", BEGUN[begins])
+        if number == 0 and words[1:3] == ["demo", "--out"]:
+            name = re.sub(r"\W+", "-", "begun " + " ".join(words[1:]))
+
+            def begin(begun: Path, words: list[str] = words) -> None:
+                run(words, folder, new_channel())
+                shutil.copytree(folder / "runs", begun / "runs")
+
+            begun = shared_folder(tmp_path_factory, name, begin)
+            shutil.copytree(begun / "runs", folder / "runs", dirs_exist_ok=True)
+        else:
+            run(words, folder, new_channel())
+
+
+def run(words: list[str], folder: Path, channel: Channel) -> None:
+    """A command of a page, which ends as its page would have it."""
+    done = subprocess.run(
+        as_run(words, channel),
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=200,
+        check=False,
+    )
+    # 1 is a verdict that warns: the short motion shows less than the one of the text would.
+    warns = {"demo", "diagnose", "export-model", "identify", "plan", "recover"}
+    allowed = {0, 1} if words[1] in warns else {0}
+    if words[1] == "check":
+        allowed = {3}  # an arm's first check has no baseline to be compared with
+    assert done.returncode in allowed, f"$ {shlex.join(words)}\n{done.stdout}{done.stderr}"
 
 
 # Links

@@ -18,6 +18,7 @@ from typing import Any
 import pytest
 
 from tests.drivers.test_vcan import HOW_TO_GET_ONE, ROOT, TOOL, own_device
+from tests.shared_folder import shared_folder
 
 SOURCE = Path(__file__).parent / "foreign_slave"
 PROGRAM = Path(__file__).parent / "foreign_drives.py"
@@ -51,16 +52,21 @@ def slave(bus: tuple[str, bool], tmp_path_factory: pytest.TempPathFactory) -> Pa
     """The program of one drive, built only where there is a bus for it."""
     if shutil.which("cargo") is None:
         pytest.skip("no cargo: the foreign slave is written in Rust")
-    folder = tmp_path_factory.mktemp("foreign") / "slave"
-    shutil.copytree(SOURCE, folder, ignore=shutil.ignore_patterns("target", "Cargo.lock"))
-    fetched = cargo(folder, "fetch")
+    folder = shared_folder(tmp_path_factory, "foreign_slave", build)
+    return folder / "slave" / "target" / "debug" / "foreign_slave"
+
+
+def build(folder: Path) -> None:
+    """The program from its source, in a folder of its own; skipped where its crates cannot be had."""
+    source = folder / "slave"
+    shutil.copytree(SOURCE, source, ignore=shutil.ignore_patterns("target", "Cargo.lock"))
+    fetched = cargo(source, "fetch")
     if fetched.returncode:
         pytest.skip(
             f"the crates of the foreign slave cannot be had: {fetched.stderr.strip().splitlines()[-1]}"
         )
-    built = cargo(folder, "build", "--offline")
+    built = cargo(source, "build", "--offline")
     assert built.returncode == 0, built.stderr
-    return folder / "target" / "debug" / "foreign_slave"
 
 
 def under_the_master(
