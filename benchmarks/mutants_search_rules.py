@@ -41,7 +41,7 @@ RULES = (
     Broken(
         "where nothing is confirmed beside the rest, the rest goes",
         "ident/discrepancy/course.py",
-        "if moving < len(found) or len(found) == 1:",
+        "if moving < len(found) or len(gone) == len(found):",
         "if True:",
         ("tests/ident/discrepancy/test_course.py",),
     ),
@@ -1115,6 +1115,13 @@ RULES = (
         f"{_BY}in_motion.py",
         "basis = basis_of(stands, place, unsure, finding.doubt_of(stands))",
         "basis = course.findings[number].basis",
+    ),
+    Broken(
+        "what the search itself doubts goes at once",
+        "ident/discrepancy/course.py",
+        "gone = [k for k in wrong if self.findings[k].basis.doubt] or [first]",
+        "gone = [first]",
+        ("tests/ident/discrepancy/test_course.py",),
     ),
     Broken(
         "what is doubted goes first",

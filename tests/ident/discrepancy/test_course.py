@@ -19,10 +19,21 @@ def step(effects: int) -> Any:
     return SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(effects=(None,) * effects)))
 
 
+def accepted(name: str, doubt: str = "", **more: float) -> Any:
+    return SimpleNamespace(name=name, basis=SimpleNamespace(doubt=doubt), **more)
+
+
 class _Course(Course):
-    """A course without a model."""
+    """A course without a model.
+
+    Attributes:
+        fits: how often findings were fitted together.
+    """
+
+    fits = 0
 
     def _fit_together(self, accepted: Sequence[Accepted], refined: object = None) -> None:
+        self.fits += 1
         self.findings = list(accepted)
         self.step = self.moving = step(1 + len(accepted))
 
@@ -55,8 +66,8 @@ class _Validation:
 def validated(in_motion: str, at_reversals: str = "") -> tuple[str, str]:
     """Names of what stays and of what is left out; small letters are not there, of ``?`` nobody knows."""
     found: Any = [
-        SimpleNamespace(
-            name=name,
+        accepted(
+            name,
             share=0.4 if name == "?" else 1.0 if name.isupper() else -0.1 * k,
             sigma=0.3 if name == "?" else 0.01,
         )
@@ -95,7 +106,7 @@ def test_what_is_contradicted_beside_what_is_confirmed_is_taken_out(
 def test_what_reversals_showed_is_asked_of_a_loop_that_they_did_not_show(
     at_reversals: str, asked: str
 ) -> None:
-    found: Any = [SimpleNamespace(name=name, share=1.0, sigma=0.01) for name in "A" + at_reversals]
+    found: Any = [accepted(name, share=1.0, sigma=0.01) for name in "A" + at_reversals]
     course = _Course((), step(1), step(1 + len(found)), step(2), None, found)
     validation: Any = _Validation()
     course.validated(validation)
@@ -119,13 +130,36 @@ class _BesideWhatIsDoubted(_Validation):
 
 
 def test_what_is_doubted_goes_before_what_only_the_loop_beside_it_contradicts() -> None:
-    found: Any = [SimpleNamespace(name=name) for name in ("friction", "delay", "play")]
+    found: Any = [accepted(name) for name in ("friction", "delay", "play")]
     course = _Course((), step(1), step(4), step(4), None, found)
     course.step = course.moving
     validation: Any = _BesideWhatIsDoubted()
     left, rejected, _ = course.validated(validation)
     assert [one.name for one in left] == ["friction", "play"]  # type: ignore[attr-defined]
     assert [one.name for one in rejected] == ["delay"]  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("names", "kept", "rejected", "fits"), [("A?b?", "A", "?b?", 1), ("???", "???", "", 0)]
+)
+def test_what_the_search_itself_doubts_goes_at_once(names: str, kept: str, rejected: str, fits: int) -> None:
+    """Each fit without one of them is a quarter of a search; other motion does not change the doubt."""
+    found: Any = [accepted(name, "" if name == "A" else "no name", share=1.0, sigma=0.01) for name in names]
+    course = _Course((), step(1), step(1 + len(found)), step(1 + len(found)), None, found)
+    course.step = course.moving
+    validation: Any = _Doubting()
+    left, gone, _ = course.validated(validation)
+    assert "".join(one.name for one in left) == kept  # type: ignore[attr-defined]
+    assert "".join(one.name for one in gone) == rejected  # type: ignore[attr-defined]
+    assert course.fits == fits
+
+
+class _Doubting(_Validation):
+    """Other motion shows all of it, and the search has its doubts."""
+
+    def finding(self, accepted: Any, without: object, whole: object, loops: object) -> Any:
+        confirmation = Confirmation(Shown(accepted.share, accepted.sigma), None, accepted.basis.doubt)
+        return SimpleNamespace(name=accepted.name, confirmation=confirmation)
 
 
 class _BesideEachOther(_Validation):
@@ -149,7 +183,7 @@ def test_where_nothing_is_confirmed_beside_the_rest_the_rest_goes_or_all_of_it_s
     names: Sequence[str], kept: list[str], rejected: list[str]
 ) -> None:
     count = 1 + len(names)
-    found: Any = [SimpleNamespace(name=name) for name in names]
+    found: Any = [accepted(name) for name in names]
     course = _Course((), step(1), step(count), step(count), None, found)
     course.step = course.moving
     validation: Any = _BesideEachOther()
