@@ -94,7 +94,7 @@ class AtJoint:
     """Products of one joint's rows.
 
     Attributes:
-        outer: Gram matrix of what its rows show of [known, y], and its columns of effects.
+        outer: Gram matrix of [known, y, its columns of effects].
         inner: (m, …) products of the diagonalised misfit with these.
         values: (m,) of ΦᵀΦ.
         index: where these stand in the matrix of the whole arm.
@@ -109,8 +109,10 @@ class AtJoint:
 
     @cached_property
     def place(self) -> tuple[IntArray | slice, IntArray | slice]:
-        """Of the matrix in that of the whole arm."""
-        return place_of(self.index)
+        """Of the matrix in that of the whole arm; where it stands in one piece that is no list of places."""
+        if self.index[-1] == self.index.size - 1:
+            return slice(self.index.size), slice(self.index.size)
+        return self.index[:, np.newaxis], self.index[np.newaxis]
 
     def weights(self, kappa: FloatArray, excess: FloatArray) -> FloatArray:
         """(…, m) of the misfit's directions in what integrating w takes off, at levels (…,) of this joint."""
@@ -131,23 +133,22 @@ class AtJoint:
         return (self.outer - taken) / squares[:, :, np.newaxis], volume
 
 
-def place_of(index: IntArray) -> tuple[IntArray | slice, IntArray | slice]:
-    """Of a matrix in a larger one; where it stands in one piece that is no list of places."""
-    if index[-1] == index.size - 1:
-        return slice(index.size), slice(index.size)
-    return index[:, np.newaxis], index[np.newaxis]
-
-
 def _at_joint(gram: Gram, j: int) -> AtJoint:
     rows = gram.rows
-    plain, values, shown, count = rows.plain[j], rows.diagonal[j][0], rows.shown[j], rows.counts[j]
+    plain, values, count = rows.plain[j], rows.diagonal[j][0], rows.counts[j]
+    k = rows.precision.size
     here = [(i, effect) for i, effect in enumerate(gram.effects) if effect.joints[j] is not None]
     if not here:
-        return AtJoint(plain[0], plain[1], values, shown, count)
+        return AtJoint(plain[0], plain[1], values, np.arange(k + 1), count)
     local = np.concatenate([np.arange(gram.starts[i], gram.starts[i + 1]) for i, _ in here])
     columns = side_by_side([effect for _, effect in here], j)
     beside = [rows.products_with(effect)[j] for _, effect in here]
     outside, inner = (np.concatenate([one[part] for one in beside], axis=1) for part in (0, 1))
     outer = np.block([[plain[0], outside], [outside.T, columns.T @ columns]])
-    index = np.concatenate([shown, rows.precision.size + 1 + local])
-    return AtJoint(outer, np.concatenate([plain[1], inner], axis=1), values, index, count)
+    return AtJoint(
+        outer,
+        np.concatenate([plain[1], inner], axis=1),
+        values,
+        np.concatenate([np.arange(k + 1), k + 1 + local]),
+        count,
+    )

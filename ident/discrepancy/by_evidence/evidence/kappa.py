@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.evidence.gram import Gram, Level, place_of
-from ident.discrepancy.by_evidence.evidence.solved import Posterior, integrated, log_evidences
+from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
+from ident.discrepancy.by_evidence.evidence.solved import Posterior, log_evidences
 from robots.arrays import BoolArray, FloatArray, IntArray
 
 _STEPS = 18
@@ -89,30 +89,19 @@ def fitted(gram: Gram, level: Level, joints: Iterable[int], misfit: Misfit) -> t
 
 
 class OneJoint:
-    """The misfit of one joint, that of the others held.
-
-    Known factors that its own rows do not show are integrated once for all its levels.
-    """
+    """The misfit of one joint, that of the others held."""
 
     def __init__(self, gram: Gram, level: Level, joint: int) -> None:
         self.gram, self.level, self.joint = gram, level, joint
-        self.own, precision = gram.joints[joint], gram.rows.precision
-        whole, volume = gram.reduced(level, [j for j in range(gram.rows.n) if j != joint])
-        k = precision.size
-        seen = self.own.index[self.own.index < k]
-        kept = np.concatenate([seen, np.arange(k, gram.size)])
-        self.others, self.volume = integrated(whole, volume, precision, np.delete(np.arange(k), seen), kept)
-        self.precision = precision[seen]
-        index = np.searchsorted(kept, self.own.index)
-        self.place = place_of(index)
+        self.others = gram.reduced(level, [j for j in range(gram.rows.n) if j != joint])
 
     def log_evidences(self, kappa: FloatArray, excess: FloatArray) -> FloatArray:
         """(K,) at K levels of this joint."""
-        part, volume = self.own.without_misfit(kappa, excess)
-        whole = np.repeat(self.others[np.newaxis], kappa.size, axis=0)
-        whole[:, *self.place] += part
-        evidence = log_evidences(whole, self.precision, self.gram.effects)
-        return np.asarray(evidence + volume + self.volume)
+        part, volume = self.gram.joints[self.joint].without_misfit(kappa, excess)
+        whole = np.repeat(self.others[0][np.newaxis], kappa.size, axis=0)
+        whole[:, *self.gram.joints[self.joint].place] += part
+        evidence = log_evidences(whole, self.gram.rows.precision, self.gram.effects)
+        return np.asarray(evidence + volume + self.others[1])
 
     def best(self, score: float, misfit: Misfit) -> tuple[float, Level]:
         """The best κ of the grid at the present s, then s, then κ again.

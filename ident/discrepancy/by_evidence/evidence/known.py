@@ -15,7 +15,7 @@ from ident.discrepancy.prior import Prior
 from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
 from ident.statistics.symmetric import eigen_of
-from robots.arrays import BoolArray, FloatArray
+from robots.arrays import FloatArray
 from robots.description import Robot
 
 LAG = 5e-5
@@ -49,19 +49,11 @@ class Beta:
         return np.asarray(self.spread @ whole[:b, :b] @ self.spread.T)
 
 
-def beta_of(
-    prior: Prior | None, start: FloatArray, shown: BoolArray | None = None
-) -> tuple[Beta, FloatArray]:
+def beta_of(prior: Prior | None, start: FloatArray) -> tuple[Beta, FloatArray]:
     """β and the precision (b,) of its factors: those of a prior have unit variance, the others are flat.
 
     Flat ones are counted from ``start`` (b,), a first fit, so that what is left of the torque is small and
-    its sum of squares keeps its digits. Any square root of the prior's covariance would do; this one is
-    triangular from the last link on, so that a wrist's torque is of few factors.
-
-    Args:
-        prior: of β; None after a refit.
-        start: (b,) a first fit.
-        shown: (joints, b) which joints' torque each of β has a part in; all of them by default.
+    its sum of squares keeps its digits.
     """
     b = start.size
     if prior is None:
@@ -70,12 +62,7 @@ def beta_of(
     spread = np.eye(b)
     part = prior.covariance[np.ix_(held, held)]
     values, vectors = eigen_of(part)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    if shown is not None:
-        last = np.where(shown.any(axis=0), shown.shape[0] - np.argmax(shown[::-1], axis=0), 0)[held]
-        order = np.argsort(-last, kind="stable")
-        root[order] = np.linalg.qr(root[order].T)[1].T
-    spread[np.ix_(held, held)] = root
+    spread[np.ix_(held, held)] = vectors * np.sqrt(np.maximum(values, 0.0))
     return Beta(np.where(held, prior.values, start), spread), held.astype(np.float64)
 
 
@@ -99,9 +86,9 @@ def known_columns(
         start: β (b,) of a first fit.
         present: a model that is near enough for the rate of the torque.
     """
+    beta, precision = beta_of(prior, start)
     regressor = np.concatenate([base.columns(part.own) for part in prepared.parts])
     others = np.concatenate([base.columns(part.at_rows) for part in prepared.parts])
-    beta, precision = beta_of(prior, start, np.asarray(others.any(axis=0)))
     columns = [
         others @ beta.spread,
         _lags(prepared, present),

@@ -23,7 +23,7 @@ class _AtJoint:
 
     Attributes:
         columns: (P_j,) which of the library's columns these are.
-        outside: (…, P_j) with what the joint's rows show of [known, y].
+        outside: (k + 1, P_j) with [known, y].
         inner: (m, P_j) with the diagonalised misfit.
         own: (pairs,) of the columns of one effect with each other, over all effects.
         effects: which stand here.
@@ -117,8 +117,8 @@ class LibraryProducts:
 
 
 def _at_joint(rows: Rows, effects: tuple[WhiteEffects, ...], starts: IntArray, j: int) -> _AtJoint:
-    k, m = rows.shown[j].size, rows.diagonal[j][0].size
-    outside, inner, columns, own = [np.zeros((k, 0))], [np.zeros((m, 0))], [], []
+    k, m = rows.precision.size, rows.diagonal[j][0].size
+    outside, inner, columns, own = [np.zeros((k + 1, 0))], [np.zeros((m, 0))], [], []
     here = tuple(effect for effect in effects if effect.joints[j] is not None)
     for number, effect in enumerate(effects):
         if effect.joints[j] is None:

@@ -19,7 +19,7 @@ from ident.discrepancy.by_evidence.evidence.noise import Noise, Whitener
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.effects.family import PlacedEffect
 from ident.statistics.symmetric import eigen_of
-from robots.arrays import FloatArray, IntArray
+from robots.arrays import FloatArray
 from robots.identity_cache import IdentityCache
 
 _FLAT = 1e-9
@@ -160,23 +160,16 @@ class Rows:
         return tuple(found)
 
     @cached_property
-    def shown(self) -> tuple[IntArray, ...]:
-        """Per joint which of [known, y] its rows have anything of; y counts always."""
-        k = self.known.precision.size
-        return tuple(np.append(np.flatnonzero(np.diag(product)[:k]), k) for product in self.products)
-
-    @cached_property
     def plain(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """Per joint, Gram matrix of what is shown of [known, y], and the diagonalised misfit's products."""
+        """Per joint, Gram matrix of [known, y] and the diagonalised misfit's products with these."""
         k, found = self.known.precision.size, []
-        for product, shown, (values, vectors) in zip(self.products, self.shown, self.diagonal, strict=True):
-            own = np.append(shown[:-1], k + values.size)
+        for product, (values, vectors) in zip(self.products, self.diagonal, strict=True):
+            own = np.append(np.arange(k), k + values.size)
             found.append((product[np.ix_(own, own)], vectors.T @ product[k : k + values.size][:, own]))
         return tuple(found)
 
     def products_with(self, effect: WhiteEffects) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """Per joint, products with columns (…, p): of what is shown of [known, y], and of the diagonalised
-        misfit."""
+        """Per joint, products of [known, y] (k + 1, p) and of the diagonalised misfit (m, p) with columns."""
         return effect.products(self, lambda: self._products_with((effect,))[0])
 
     def keep_products_with(self, effects: Sequence[WhiteEffects]) -> None:
@@ -196,7 +189,7 @@ class Rows:
             if not here:
                 continue
             whole = white.T @ side_by_side([effects[number] for number in here], j)
-            outside, inner = whole[np.append(self.shown[j][:-1], -1)], vectors.T @ whole[k:-1]
+            outside, inner = np.delete(whole, np.s_[k:-1], axis=0), vectors.T @ whole[k:-1]
             cuts = np.cumsum([effects[number].count for number in here])[:-1]
             parts = zip(np.split(outside, cuts, axis=1), np.split(inner, cuts, axis=1), strict=True)
             for number, (first, second) in zip(here, parts, strict=True):

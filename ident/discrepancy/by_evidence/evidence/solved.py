@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.linalg import cho_solve, cholesky
 from scipy.special import log_ndtr
 
 from ident.discrepancy.by_evidence.evidence.rows import WhiteEffects
-from robots.arrays import FloatArray, IntArray
+from robots.arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,26 +57,6 @@ def solve(
     for_bounds = float(bounds_factor(theta, np.sqrt(np.diag(own)), parts))
     unsaid = sum(part.unsaid for part in parts)
     return Posterior(log_evidence + volume + for_bounds - unsaid, mean[:k], theta, factor)
-
-
-def integrated(
-    whole: FloatArray, volume: float, precision: FloatArray, gone: IntArray, kept: IntArray
-) -> tuple[FloatArray, float]:
-    """A reduced Gram matrix with some known factors integrated, over what is kept, and its log volume.
-
-    Args:
-        whole, volume: over [known, y, columns].
-        precision: (k,) of the known factors.
-        gone, kept: places in that matrix; what is gone is known factors only.
-    """
-    rest = whole[np.ix_(kept, kept)]
-    if not gone.size:
-        return rest, volume
-    system = whole[np.ix_(gone, gone)]
-    system[np.arange(gone.size), np.arange(gone.size)] += precision[gone]
-    factor = cholesky(system, lower=True, check_finite=False)
-    half = solve_triangular(factor, whole[np.ix_(gone, kept)], lower=True, check_finite=False)
-    return rest - half.T @ half, volume - float(np.log(np.diag(factor)).sum())
 
 
 def log_evidences(whole: FloatArray, precision: FloatArray, parts: Sequence[WhiteEffects]) -> FloatArray:

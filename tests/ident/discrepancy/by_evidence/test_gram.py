@@ -37,9 +37,7 @@ def prepared() -> Prepared:
 def problem() -> Rows:
     random = np.random.default_rng(1)
     data = prepared()
-    columns = random.normal(size=(ROWS, JOINTS, KNOWN))
-    columns[:, 1, 1] = 0.0  # the second joint's rows show nothing of one of them
-    known = Known(columns, np.ones(KNOWN), data.torque)
+    known = Known(random.normal(size=(ROWS, JOINTS, KNOWN)), np.ones(KNOWN), data.torque)
     misfit = tuple(random.normal(size=(ROWS, MISFIT)) for _ in range(JOINTS))
     return Rows(data, known, misfit, NOISES)
 
