@@ -13,7 +13,7 @@ from ident import RegressorModel
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.search import Search
 from ident.discrepancy.by_evidence.decide.state import stands
-from ident.discrepancy.by_evidence.library.candidates import candidates
+from ident.discrepancy.by_evidence.library.candidates import Entry, candidates
 from ident.effects.family import PresentModel
 from ident.effects.usual import SYMBOLS
 from ident.effects.vocabulary import VOCABULARY, family_named
@@ -80,6 +80,6 @@ def test_friction_of_a_drive_that_moves_two_joints_goes_with_both(
     placed = one.at(robot, tuple(shape.grid[0] for shape in one.shapes), present)
     problem: Any = SimpleNamespace(base=SimpleNamespace(model=model), present=present)
     problem.uncoupled = Problem.uncoupled.func(problem)
-    entry: Any = SimpleNamespace(candidate=one, placed=placed)
+    white: Any = None
     members: Any = [SimpleNamespace(candidate=SimpleNamespace(key=(found, (4, 5))))]
-    assert stands(problem, entry, members) is expected
+    assert stands(problem, Entry(one, placed, white), members) is expected
