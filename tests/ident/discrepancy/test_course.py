@@ -143,7 +143,7 @@ def test_what_is_doubted_goes_before_what_only_the_loop_beside_it_contradicts() 
     ("names", "kept", "rejected", "fits"), [("A?b?", "A", "?b?", 1), ("???", "???", "", 0)]
 )
 def test_what_the_search_itself_doubts_goes_at_once(names: str, kept: str, rejected: str, fits: int) -> None:
-    """Each fit without one of them is a quarter of a search; other motion does not change the doubt."""
+    """Other motion does not change the doubt, so no fit without one of them at a time is needed."""
     found: Any = [accepted(name, "" if name == "A" else "no name", share=1.0, sigma=0.01) for name in names]
     course = _Course((), step(1), step(1 + len(found)), step(1 + len(found)), None, found)
     course.step = course.moving
