@@ -431,20 +431,20 @@ RULES = (
     Broken(
         "of a name's own torque other motion shows a share",
         f"{_BY}decide/no_name.py",
-        "max(of_member.nats_of_no_name, of_set.nats_of_no_name - price)",
-        "of_set.nats_of_no_name - price",
+        "max(alone.to_form(form).nats_of_no_name, refitted.to_form(form).nats_of_no_name - price)",
+        "refitted.to_form(form).nats_of_no_name - price",
     ),
     Broken(
         "what parameters make up for is no evidence of a name",
         f"{_BY}decide/no_name.py",
-        "max(of_member.nats_of_no_name, of_set.nats_of_no_name - price)",
-        "of_member.nats_of_no_name",
+        "max(alone.to_form(form).nats_of_no_name, refitted.to_form(form).nats_of_no_name - price)",
+        "alone.to_form(form).nats_of_no_name",
     ),
     Broken(
         "parameters make up for a name at the price of their prior",
         f"{_BY}decide/no_name.py",
-        "of_set.nats_of_no_name - price",
-        "of_set.nats_of_no_name",
+        "refitted.to_form(form).nats_of_no_name - price",
+        "refitted.to_form(form).nats_of_no_name",
     ),
     Broken(
         "of a name's own torque the parameters stay those of the set",
@@ -845,8 +845,8 @@ RULES = (
     Broken(
         "what is named is confirmed",
         f"{_BY}report/answer.py",
-        "return self.sure and self.held_up and",
-        "return self.sure and",
+        "return self.sure and self.held_up",
+        "return self.sure",
     ),
     Broken(
         "clean needs a probability",
@@ -1252,8 +1252,50 @@ RULES = (
     Broken(
         "what the closed loop contradicts is not confirmed",
         "ident/discrepancy/confirmation.py",
-        "if self.loop is not None and self.loop.contradicted:",
-        "if False:",
+        "loop = self._loop.contradicted or ",
+        "loop = ",
+    ),
+    Broken(
+        "of what reversals show the loop has no more than once and a half",
+        "ident/discrepancy/confirmation.py",
+        "(self._loop.exceeded and self.of_reversals)",
+        "False",
+    ),
+    Broken(
+        "of what the moving arm shows an integral may hide how much the positions have",
+        "ident/discrepancy/confirmation.py",
+        "(self._loop.exceeded and self.of_reversals)",
+        "self._loop.exceeded",
+    ),
+    Broken(
+        "other motion shows no more than once and a half of a finding's torque",
+        "ident/discrepancy/confirmation.py",
+        "(self.torque.exceeded and not self.of_reversals)",
+        "False",
+    ),
+    Broken(
+        "more than all is told beyond its own deviation",
+        "ident/discrepancy/confirmation.py",
+        "return self.share - _INTERVAL * self.sigma > 1.5",
+        "return self.share > 1.5",
+    ),
+    Broken(
+        "names that say nearly the same are not told apart by the loop",
+        "ident/discrepancy/validation.py",
+        "return shown.to_form(form * float(np.linalg.norm(its - where) / np.linalg.norm(its - others)))",
+        "return shown",
+    ),
+    Broken(
+        "a likelier form has a probability of its own",
+        f"{_BY}taken.py",
+        "    place = place.each\n",
+        "",
+    ),
+    Broken(
+        "what speaks against a name takes from its probability",
+        f"{_BY}taken.py",
+        "kept = float(np.exp(-max(",
+        "kept = float(np.exp(-0.0 * max(",
     ),
     Broken(
         "what makes it that effect is told from its absence",

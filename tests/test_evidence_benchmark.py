@@ -133,6 +133,21 @@ def test_what_is_drawn_the_plant_can_hide() -> None:
     assert {arm for arm, _ in drawn} == set(ARMS)
 
 
+@pytest.mark.parametrize(
+    ("name", "joint", "seed", "said"),
+    [
+        ("static_friction", 1, 97674, "breaks away from nothing"),
+        ("time_delay", 0, 97674, "no size of time_delay"),  # it swings at 36 Hz
+        ("load_dependent_friction", 0, 97480, "no size of load_dependent_friction"),  # the gear locks
+    ],
+)
+def test_nothing_is_drawn_that_no_arm_is_driven_with(name: str, joint: int, seed: int, said: str) -> None:
+    draw = draw_of(seed)
+    smooth = replace(draw.settings, friction="tanh")
+    with pytest.raises(RuntimeError, match=said):
+        effect_of(np.random.default_rng(1), name, joint, ARMS[draw.arm], smooth, seed)
+
+
 @pytest.mark.slow
 def test_what_is_drawn_its_log_shows_whatever_the_noise_does() -> None:
     """On the arm of 300 kg logs with the same noise differ by more than it where one reading rounds up."""

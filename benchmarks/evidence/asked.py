@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.evidence.case import Case
@@ -26,14 +25,8 @@ def asked(case: Case) -> dict[str, Any]:
 def _by_evidence(case: Case) -> dict[str, Any]:
     found, answer = diagnose_with_evidence(case.question(), sizes=False)
     content = answer_json(answer)
-    sets = {
-        (one["effect"], tuple(one["joints"])): [
-            [o["effect"], o["joints"], o["probability"]] for o in one["set"]
-        ]
-        for one in content["findings"]
-    }
     kept = ("probability_clean", "ranking", "joints")
-    return {**{key: content[key] for key in kept}, **_answer(found, sets)}
+    return {**{key: content[key] for key in kept}, **_answer(found)}
 
 
 def is_named(finding: Finding) -> bool:
@@ -41,14 +34,14 @@ def is_named(finding: Finding) -> bool:
     return finding.confirmation.passed and not finding.indistinguishable_from
 
 
-def _answer(found: Diagnosis, sets: Mapping[tuple[str, tuple[int, ...]], list[Any]]) -> dict[str, Any]:
+def _answer(found: Diagnosis) -> dict[str, Any]:
     names = [
         {
             "name": one.effect,
             "joints": list(one.joints),
             "probability": one.probability,
             "named": is_named(one),
-            "set": sets.get((one.effect, one.joints), [[one.effect, list(one.joints), 1.0]]),
+            "set": [[other.name, list(other.joints), other.probability] for other in one.held],
         }
         for one in found.findings
     ]

@@ -5,6 +5,10 @@ This one has every name of the plant, and enlarges an effect until it changes th
 twice the noise that this has, or its position by twenty times the encoders'. What it changes is told by logs
 without noise: the same noise makes another log where a reading falls on another side of the encoder's step.
 Where the model is fitted anew, what counts is what it leaves on the rows of the search.
+
+Nor is anything hidden that no arm is driven with: a controller that swings by itself, a gear that loses half
+of its load and more, which locks itself; or that is none: a breakaway where friction is smooth over the
+speed, which leaves no standstill to break away from.
 """
 
 from __future__ import annotations
@@ -74,6 +78,13 @@ _OF_ARM = ("payload", "slosh", "base_tilt", "base_compliance")
 _LESS_IS_MORE = ("joint_elasticity", "base_compliance", "saturation")
 """A stiffness or a limit shows more where it is less."""
 
+_OF_LOAD = ("load_dependent_friction", "directional_efficiency")
+_LOCKS = 0.5
+"""Share of its load from which on a gear that loses it locks itself."""
+
+_ABOVE, _SWINGS = 30.0, 0.5
+"""Hz, above what any motion has, and the share of a joint's following error there that is a swing."""
+
 _STEP, _MOST = 1.5, 8
 _COARSE = 2e-4
 """s; four times the step of a log: whether an effect shows is no matter of the last digit."""
@@ -108,6 +119,8 @@ def effect_of(
     Raises:
         RuntimeError: no size of it shows that the arm still follows with.
     """
+    if name == "static_friction" and settings.friction == "tanh":
+        raise RuntimeError(f"seed {seed}: friction that is smooth over the speed breaks away from nothing")
     factor = float(np.exp(random.normal(0.0, 0.3)))
     short = replace(settings, periods=1, step=_COARSE)
     quiet = replace(short, noise=0.0)
@@ -122,11 +135,23 @@ def effect_of(
     step = 1.0 / _STEP if name in _LESS_IS_MORE else _STEP
     step = 0.95 if name == "saturation" else step
     for _ in range(_MOST):
+        if name in _OF_LOAD and effect.size >= _LOCKS:
+            break
         log = record(arm, quiet, (effect,), seed, 0)
+        if _swings(log):
+            break
         if shown(log) >= _SHOWN:
             return effect
         effect = replace(effect, size=effect.size * step)
     raise RuntimeError(f"{arm.name}: no size of {name} at joint {joint + 1} shows in the log of seed {seed}")
+
+
+def _swings(log: Log) -> bool:
+    """Whether most of what a joint does beside its reference is faster than any reference is."""
+    error = log.reference - log.position
+    power = np.abs(np.fft.rfft(error - error.mean(axis=0), axis=0)) ** 2
+    fast = np.fft.rfftfreq(log.time.size, float(log.time[1] - log.time[0])) > _ABOVE
+    return bool(np.any(power[fast].sum(axis=0) > _SWINGS**2 * power.sum(axis=0)))
 
 
 def _at_all(clean: Log, noisy: Log) -> Callable[[Log], float]:

@@ -15,7 +15,7 @@ OF_A_JOINT = {
     "coulomb_friction": "N·m more",
     "asymmetric_friction": "N·m of dry friction more forwards, less backwards; that share of the viscous",
     "stribeck_friction": "N·m more at low speed, 5 % of the speed limit wide",
-    "static_friction": "N·m more at standstill, 0.5 % of the speed limit wide",
+    "static_friction": "N·m more at standstill, 0.1 % of the speed limit wide",
     "nonlinear_viscous_friction": "N·m at half the speed limit, growing with its cube",
     "load_dependent_friction": "N·m of friction per N·m through the gear",
     "drifting_friction": "share of the friction that is gained, with 15 s",

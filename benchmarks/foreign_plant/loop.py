@@ -150,7 +150,7 @@ def _forces(  # noqa: C901 - one branch per effect
         elif kind == STRIBECK:
             level[j] += size * math.exp(-abs(v) / (0.05 * fastest))
         elif kind == STATIC:
-            level[j] += size * math.exp(-((v / (0.005 * fastest)) ** 2))
+            level[j] += size * math.exp(-((v / (0.001 * fastest)) ** 2))
         elif kind == CUBIC:
             p.damping[r] += size * v * v / (0.5 * fastest) ** 3
         elif kind == LOAD:

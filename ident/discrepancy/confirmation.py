@@ -45,6 +45,13 @@ class Shown:
         """Nearer to all than to nothing, and told from nothing."""
         return self.share > max(0.5, _INTERVAL * self.sigma)
 
+    def to_form(self, error: float) -> Shown:
+        """With what the form of the finding may be wrong by, as a share of what is asked about.
+
+        Nothing is known of a change that the data do not have.
+        """
+        return Shown(self.share, float(np.hypot(self.sigma, error))) if self.sigma > 0.0 else self
+
     @property
     def nats(self) -> float:
         """For the finding against none, or against what it is compared with.
@@ -85,6 +92,20 @@ class Shown:
         """Nearer to nothing than to all, beyond its own deviation: the gap has grown."""
         return not self.of_nothing and self.share + _INTERVAL * self.sigma < 0.5
 
+    def nats_against(self, form: float) -> float:
+        """For something that is only like the finding, of a share that is told from all of it.
+
+        Args:
+            form: of the finding, as a share (:meth:`to_form`).
+        """
+        as_much_less = Shown(1.0 - abs(self.share - 1.0), self.sigma)
+        return max(0.0, as_much_less.to_form(form).nats_of_no_name)
+
+    @property
+    def exceeded(self) -> bool:
+        """More than once and a half, beyond its own deviation: most of what is there is something else."""
+        return self.share - _INTERVAL * self.sigma > 1.5
+
     @property
     def of_nothing(self) -> bool:
         """Whether nothing is changed on these recordings, so that they say nothing of it."""
@@ -99,11 +120,13 @@ class Confirmation:
         torque: of the inverse model, or of the drives in the simulated closed loop where it was found there.
         loop: of the simulated positions; None where there is no simulation.
         unsure: what makes it this effect and is not told from its absence, in words; empty where all is.
+        of_reversals: whether it was found in the simulated loop, whose positions it has to explain then.
     """
 
     torque: Shown
     loop: Shown | None
     unsure: str = ""
+    of_reversals: bool = False
 
     @property
     def passed(self) -> bool:
@@ -115,8 +138,18 @@ class Confirmation:
 
         What is merely not shown there (too little moves, too much noise) is not refuted.
         """
-        loop = self.loop is not None and self.loop.contradicted
-        return bool(self.unsure) or self.torque.contradicted or loop
+        return bool(self.unsure or self.against)
+
+    @property
+    def against(self) -> tuple[Shown, ...]:
+        """Shares that are told from all of it, at 95 %: nearer to nothing, or more than once and a half.
+
+        More of its torque is asked of what the moving arm shows, whose positions an integral makes up for;
+        more of its change of the simulated positions of what was found in these.
+        """
+        torque = self.torque.contradicted or (self.torque.exceeded and not self.of_reversals)
+        loop = self._loop.contradicted or (self._loop.exceeded and self.of_reversals)
+        return (self.torque,) * torque + (self._loop,) * loop
 
     @property
     def reason(self) -> str:
@@ -125,12 +158,20 @@ class Confirmation:
             return self.unsure
         if self.torque.of_nothing:
             return "data that was not fitted does not move where it acts; record a motion that does"
-        if not self.torque.there:
+        if not self.torque.there or self.torque in self.against:
             share = f"{100 * self.torque.share:.0f} ± {100 * self.torque.sigma:.0f} %"
             return f"of the torque that it adds, data that was not fitted shows {share}"
-        if self.loop is not None and self.loop.contradicted:
+        if not self.against:
+            return ""
+        if self._loop.contradicted:
             return "with it the simulated closed loop is farther from the arm on data that was not fitted"
-        return ""
+        share = f"{100 * self._loop.share:.0f} ± {100 * self._loop.sigma:.0f} %"
+        return f"of what it changes in the simulated closed loop, data that was not fitted shows {share}"
+
+    @property
+    def _loop(self) -> Shown:
+        """Of the simulated positions; of nothing where there is no simulation."""
+        return Shown(0.0, 0.0) if self.loop is None else self.loop
 
 
 def shown_share(before: FloatArray, after: FloatArray, blocks: IntArray, least: float = _ROUNDING) -> Shown:

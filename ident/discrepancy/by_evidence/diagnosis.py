@@ -16,7 +16,7 @@ from ident.discrepancy.align import aligned
 from ident.discrepancy.by_evidence.in_loop import InLoop, leaves_the_usual
 from ident.discrepancy.by_evidence.in_motion import found_in_motion
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer
-from ident.discrepancy.by_evidence.taken import candidates_of
+from ident.discrepancy.by_evidence.taken import candidates_of, weighed
 from ident.discrepancy.by_evidence.workflow import named_by_evidence
 from ident.discrepancy.course import Course
 from ident.discrepancy.loop import Standstill
@@ -133,8 +133,8 @@ def _answer(question: Question, loop: InLoop, held: tuple[PreparedRecording, ...
     loops = validation.loop_gaps(validation.loop_run(first) if findings else last, last)
     return Diagnosis(
         verdict=verdict,
-        findings=tuple(findings),
-        rejected=tuple(rejected),
+        findings=tuple(weighed(one, question.robot) for one in findings),
+        rejected=tuple(weighed(one, question.robot) for one in rejected),
         ranking=ranking,
         unexplained=left.unexplained,
         description=description(verdict, left, ranking),

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from scipy.special import logit
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot, smallest
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, form_error
+from ident.discrepancy.by_evidence.library.candidates import is_friction
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding
 from ident.discrepancy.component import Component
-from ident.discrepancy.results import Candidate, Possible
+from ident.discrepancy.results import Candidate, Finding, Possible
 from ident.effects.family import PlacedEffect
 from ident.effects.vocabulary import form_of
 from robots.description import Robot
@@ -25,24 +28,15 @@ def rivals_in_loop(robot: Robot, finding: EvidenceFinding) -> list[Named]:
     These are those that such rows do not tell from it, and after them names that show where no such row is:
     what shows in motion is asked beside the finding, and does at reversals as that does.
     """
-    indistinguishable = {one.key for one in (*smallest(finding.names), *finding.names[0].forms)}
+    every = Slot(finding.names).each
+    indistinguishable = {one.key for one in every.held}
     there = [
-        one
-        for one in with_forms(finding.names)
-        if one.placed is not None and one.log_odds > 0.0 and one.key != finding.key
+        one for one in every.names if one.placed is not None and one.log_odds > 0.0 and one.key != finding.key
     ]
     of_reversals = [one for one in there if is_of_reversals(robot, one)]
     in_motion = [one for one in there if one not in of_reversals and one.key in indistinguishable]
     here = [one for one in of_reversals if one.key in indistinguishable or one.joints == finding.key[1]]
     return [*in_motion, *here]
-
-
-def with_forms(names: tuple[Named, ...]) -> tuple[Named, ...]:
-    """Names beside the likelier forms that the first one stands for, each with its own probability."""
-    first, *rest = names
-    own = first.probability - sum(one.probability for one in first.forms)
-    every = (replace(first, probability=own, forms=()), *first.forms, *rest)
-    return tuple(sorted(every, key=lambda one: -one.probability))
 
 
 def is_of_reversals(robot: Robot, one: Named) -> bool:
@@ -64,8 +58,9 @@ def basis_of(key: Key, place: Slot, unsure: str | None = None, doubt: str = "") 
         unsure: what of its sizes is not told from nothing; None where they are of another fit.
         doubt: why the evidence does not take it for confirmed; empty where it does.
     """
+    place = place.each
     held = () if place.probability(key) >= SURE else place.held
-    others = [*place.forms(key), *(one for one in held if one.key not in (key, NOTHING))]
+    others = [one for one in held if one.key not in (key, NOTHING)]
     return Basis(
         p_value=1.0 - place.something,
         score=place.log_odds(key),
@@ -91,3 +86,34 @@ def candidates_of(names: tuple[Named, ...] | list[Named]) -> tuple[Candidate, ..
         for one in names
         if one.placed is not None
     )[:RANKED]
+
+
+def weighed(finding: Finding, robot: Robot) -> Finding:
+    """A finding with its probability and its set after what speaks against it on data that was not fitted.
+
+    That was asked when all was fitted together, in torque and in the simulated loop, after the names had
+    their probabilities. What it takes from the name something without a name has.
+
+    Args:
+        finding: with what confirms it.
+        robot: of the diagnosis.
+    """
+    placed = finding.placed
+    if not finding.confirmation.against or placed is None:
+        return finding
+    form = form_error(form_of(robot, placed.name, placed.shape_names).rough, is_friction(placed))
+    kept = float(np.exp(-max(one.nats_against(form) for one in finding.confirmation.against)))
+    own, unknown = finding.probability, (NO_NAME, finding.joints)
+    rest = {(one.name, one.joints): one.probability for one in finding.held}
+    rest.pop((finding.effect, finding.joints), None)
+    unlisted = max(float(np.finfo(np.float64).eps), 1.0 - own - sum(rest.values()))
+    rest[unknown] = rest.get(unknown, 0.0) + unlisted
+    whole = own * kept + sum(rest.values())
+    every = {(finding.effect, finding.joints): own * kept, **rest}
+    names = tuple(Named(*key, value / whole) for key, value in every.items())
+    held = smallest(tuple(sorted(names, key=lambda one: -one.probability)))
+    return replace(
+        finding,
+        probability=own * kept / whole,
+        held=tuple(Possible(one.name, one.joints, one.probability) for one in held),
+    )

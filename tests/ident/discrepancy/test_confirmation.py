@@ -113,11 +113,49 @@ SURE = Shown(1.0, 0.02)
         (Confirmation(Shown(-3.0, 0.1), None), "shows -300 ± 10 %"),
         (Confirmation(SURE, Shown(-2.0, 0.1)), "the simulated closed loop is farther from the arm"),
         (Confirmation(SURE, None, "Fn1 is 0.2 ± 0.7 N·m"), "Fn1 is 0.2 ± 0.7"),
+        # A gear's friction of the load, taken for a breakaway: the loop does twelve times as much otherwise.
+        (
+            Confirmation(SURE, Shown(12.4, 1.1), of_reversals=True),
+            "closed loop, data that was not fitted shows 1240 ± 110 %",
+        ),
+        (Confirmation(SURE, Shown(1.6, 0.04), of_reversals=True), "shows 160 ± 4 %"),
+        (Confirmation(SURE, Shown(1.48, 0.05), of_reversals=True), ""),
+        (Confirmation(SURE, Shown(12.4, 6.0), of_reversals=True), ""),
+        # An integral makes up for what a moving arm shows: its positions say nothing of the size.
+        (Confirmation(SURE, Shown(87.6, 0.5)), ""),
+        # A lag beside a brake that comes and goes; and a breakaway, which the loop's torque shows by halves.
+        (
+            Confirmation(Shown(8.56, 0.69), None),
+            "of the torque that it adds, data that was not fitted shows 856",
+        ),
+        (Confirmation(Shown(1.7, 0.07), Shown(1.29, 0.05), of_reversals=True), ""),
+        (Confirmation(Shown(8.0, 4.0), None), ""),
     ],
 )
 def test_why_a_finding_is_not_confirmed(confirmation: Confirmation, says: str) -> None:
     assert confirmation.passed is (says == "")
     assert says in confirmation.reason
+
+
+def test_what_explains_a_part_of_what_the_loop_does_otherwise_is_refuted() -> None:
+    """What reversals showed goes then, also alone; a finding of the moving arm is not asked."""
+    twelve = Shown(12.4, 1.1)
+    assert Confirmation(SURE, twelve, of_reversals=True).refuted and not Confirmation(SURE, twelve).refuted
+
+
+def test_what_is_told_from_all_of_a_finding_speaks_for_something_that_is_only_like_it() -> None:
+    """As of other motion: about 1, to what the form may be wrong by, or any share; more is as less."""
+    less, more = Shown(0.12, 0.024), Shown(1.88, 0.024)
+    sigma = np.hypot(0.024, 0.1)
+    either = norm.cdf(0.88 / sigma) - norm.cdf(-0.12 / sigma)
+    assert less.nats_against(0.1) == pytest.approx(np.log(either) - norm.logpdf(0.12, 1.0, sigma))
+    assert more.nats_against(0.1) == pytest.approx(less.nats_against(0.1))
+    assert Shown(1.0, 0.01).nats_against(0.1) == 0.0
+
+
+def test_the_form_of_a_finding_makes_its_share_less_sure() -> None:
+    assert Shown(0.7, 0.03).to_form(0.04) == Shown(0.7, pytest.approx(0.05))
+    assert Shown(0.0, 0.0).to_form(0.1).of_nothing
 
 
 def finding(confirmation: Confirmation, *alternatives: str) -> Any:

@@ -76,6 +76,11 @@ class Named:
     def key(self) -> Key:
         return self.name, self.joints
 
+    @property
+    def own_probability(self) -> float:
+        """Less that of forms that are likelier than itself."""
+        return self.probability - sum(one.probability for one in self.forms)
+
 
 @dataclass(frozen=True)
 class Slot:
@@ -91,9 +96,15 @@ class Slot:
         """Of a name against nothing, coarsened, with its prior."""
         return next((one.log_odds for one in self.names if one.key == key), 0.0)
 
-    def forms(self, key: Key) -> tuple[Named, ...]:
-        """That a name stands for, and that are likelier than itself."""
-        return next((one.forms for one in self.names if one.key == key), ())
+    @property
+    def each(self) -> Slot:
+        """With forms that a name stands for, and that are likelier than itself, as names of their own."""
+        every = (
+            one
+            for whole in self.names
+            for one in (replace(whole, probability=whole.own_probability, forms=()), *whole.forms)
+        )
+        return Slot(tuple(sorted(every, key=lambda one: -one.probability)))
 
     @property
     def named(self) -> float:
@@ -155,7 +166,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     precision = search.problem.rows.known.precision[: search.problem.beta.count]
     price = price_of_parameters(precision, without.posterior, found.posterior)
     possible, left = log_possible(search.problem, found, number), left_beside(search.problem, found, number)
-    alone, form = held.alone(found, number), form_error(found.members[number])
+    member = found.members[number]
+    alone, form = held.alone(found, number), form_error(member.candidate.family.rough, member.is_friction)
     odds[NO_NAME, own[1]] = odds[own] + odds_of_no_name(alone, seen, price, possible, left, form)
     listed = probabilities(odds, forms)
     return Slot(as_limit(listed, own, *_forms(search, found, without, listed, own, candidates)))

@@ -21,7 +21,7 @@ from scipy.special import log_ndtr
 
 from ident.discrepancy.by_evidence.decide.left_over import misfit_of, own_joint, torque_of
 from ident.discrepancy.by_evidence.decide.problem import Problem
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.known import Beta
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.confirmation import Shown
@@ -71,19 +71,20 @@ def odds_of_no_name(
         left: nats of what stays unexplained (:func:`left_beside`).
         form: share of the name's torque by which it may be another on other motion (:func:`form_error`).
     """
-    of_member, of_set = (
-        Shown(one.share, float(np.hypot(one.sigma, form))) if one.sigma > 0.0 else one
-        for one in (alone, refitted)
-    )
-    nats = max(of_member.nats_of_no_name, of_set.nats_of_no_name - price)
+    nats = max(alone.to_form(form).nats_of_no_name, refitted.to_form(form).nats_of_no_name - price)
     return float(np.log(OUTSIDE)) + left + TEMPERATURE * (nats - possible)
 
 
-def form_error(member: Member) -> float:
-    """Share of a name's torque by which it may be another on other motion where the name is there."""
-    if member.candidate.family.rough:
+def form_error(rough: bool, friction: bool) -> float:
+    """Share of a name's torque by which it may be another on other motion where the name is there.
+
+    Args:
+        rough: whether rows hold the most of it alone.
+        friction: whether it is torque against the speed of a drive.
+    """
+    if rough:
         return _FORM_OF_ROUGH
-    return _FORM_OF_FRICTION if member.is_friction else _FORM
+    return _FORM_OF_FRICTION if friction else _FORM
 
 
 def price_of_parameters(precision: FloatArray, without: Posterior, found: Posterior) -> float:

@@ -75,11 +75,16 @@ class Entry:
 
     @cached_property
     def is_friction(self) -> bool:
-        """Whether it is torque against the speed of a drive; kept, since a simulation's tables are dear."""
-        if not isinstance(self.placed, HasSimulatedParts):
-            return False
-        parts = self.placed.simulated(np.ones(len(self.placed.parameters)))
-        return bool(parts.friction) or parts.damping is not None
+        """As :func:`is_friction`; kept, since a simulation's tables are dear."""
+        return is_friction(self.placed)
+
+
+def is_friction(placed: PlacedEffect) -> bool:
+    """Whether an effect is torque against the speed of a drive."""
+    if not isinstance(placed, HasSimulatedParts):
+        return False
+    parts = placed.simulated(np.ones(len(placed.parameters)))
+    return bool(parts.friction) or parts.damping is not None
 
 
 def candidates(robot: Robot, families: Sequence[EffectFamily]) -> tuple[Candidate, ...]:

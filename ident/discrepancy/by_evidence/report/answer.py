@@ -76,7 +76,7 @@ class EvidenceFinding:
     @property
     def probability(self) -> float:
         """Of its name at its place."""
-        return Slot(self.names).probability(self.key)
+        return Slot(self.names).each.probability(self.key)
 
     @property
     def something(self) -> float:
@@ -91,7 +91,7 @@ class EvidenceFinding:
     @property
     def set(self) -> tuple[Named, ...]:
         """The smallest set of names that holds 95 %."""
-        return Slot(self.names).held
+        return Slot(self.names).each.held
 
     @property
     def sure(self) -> bool:
@@ -110,7 +110,7 @@ class EvidenceFinding:
 
     @property
     def named(self) -> bool:
-        return self.sure and self.held_up and not Slot(self.names).forms(self.key)
+        return self.sure and self.held_up
 
     @property
     def doubt(self) -> str:

@@ -259,9 +259,13 @@ def test_a_limit_that_is_shown_says_the_probability_of_the_forms_that_it_stands_
     )
     names = Slot(as_limit((falling, dry, Named(*NOTHING, 0.05)), dry.key))
     assert names.names[0].key == dry.key and names.probability(dry.key) == pytest.approx(0.95)
-    assert names.forms(dry.key) == (falling,) and names.probability(falling.key) == 0.0
+    assert names.names[0].forms == (falling,) and names.probability(falling.key) == 0.0
     basis = basis_of(dry.key, names)
-    assert basis.probability == pytest.approx(0.95)
+    assert basis.probability == pytest.approx(0.3) and basis.p_value == pytest.approx(0.05)
+    assert [(one.name, one.probability) for one in basis.held] == [
+        ("stribeck_friction", 0.65),
+        ("coulomb_friction", pytest.approx(0.3)),
+    ]
     assert [one.effect for one in basis.indistinguishable_from] == ["stribeck_friction"]
     assert basis_of(dry.key, Slot((replace(dry, probability=0.95),))).indistinguishable_from == ()
 

@@ -14,7 +14,7 @@ from scipy.special import expit
 import robots
 from ident.discrepancy.by_evidence import diagnosis, in_motion
 from ident.discrepancy.by_evidence.decide.names import Named, Slot, probabilities, with_nats
-from ident.discrepancy.by_evidence.taken import is_of_reversals, rivals_in_loop, with_forms
+from ident.discrepancy.by_evidence.taken import is_of_reversals, rivals_in_loop
 from ident.discrepancy.component import Component
 from ident.discrepancy.confirmation import Shown
 from ident.discrepancy.validation import Validation
@@ -24,6 +24,7 @@ from ident.effects.vocabulary import family_named
 NAMES = ("drifting_friction", "hysteresis", "static_friction")
 KEYS = [(name, (0,)) for name in NAMES]
 DRIFTING, HYSTERESIS, STATIC = NAMES
+FORMS = {DRIFTING: 0.1, HYSTERESIS: 0.12, STATIC: 0.11}
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,10 @@ class Course:
         model = SimpleNamespace(robot=None)
         self.step = SimpleNamespace(base=SimpleNamespace(model=model), has=components[0].key[0])
 
+    def without(self, position: int) -> Any:
+        """Less one of them."""
+        return SimpleNamespace(has="")
+
 
 def settled(
     monkeypatch: pytest.MonkeyPatch,
@@ -69,6 +74,7 @@ def settled(
     no_size: Any = lambda course, k: course.findings[k].component.key[0] == nothing  # noqa: E731
     monkeypatch.setattr(in_motion, "_may_be_nothing", no_size)
     monkeypatch.setattr(in_motion, "_is_its_parts", lambda *_: False)
+    monkeypatch.setattr(in_motion, "_form_error", lambda course, k: FORMS[course.findings[k].effect])
     if in_motion.is_of_reversals is is_of_reversals:
         monkeypatch.setattr(in_motion, "is_of_reversals", lambda robot, rival: True)
     monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
@@ -77,9 +83,12 @@ def settled(
     listed = probabilities(dict(zip(KEYS, odds, strict=True)), cast(Any, dict(zip(KEYS, NAMES, strict=True))))
     rivals = [one for one in listed if one.name != DRIFTING]
     monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: rivals)
-    loop = SimpleNamespace(
-        loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown.get((now, then))
-    )
+
+    def shown_of_rival(none: str, now: str, then: str, form: float) -> Shown | None:
+        assert none == "" and form == max(FORMS[now], FORMS[then])
+        return shown.get((now, then))
+
+    loop = SimpleNamespace(loop_run=lambda step: step.has, shown_of_rival=shown_of_rival)
     course: Any = Course()
     both = [SimpleNamespace(key=(name, (0,))) for name in (DRIFTING, beside) if name]
     course.take(both, ["by the rows"] * len(both))
@@ -166,7 +175,7 @@ def of_two(rest: float) -> tuple[Named, Named]:
 
 def test_forms_that_a_name_stands_for_are_asked_of_the_loop_one_by_one() -> None:
     names = of_two(0.1)
-    every = with_forms(names)
+    every = Slot(names).each.names
     assert [one.key for one in every] == [DEAD, COULOMB, names[1].key]
     assert sum(one.probability for one in every) == pytest.approx(1.0)
     finding: Any = SimpleNamespace(names=names, key=COULOMB)
@@ -196,12 +205,13 @@ def test_the_loop_tells_a_name_from_a_form_that_contains_it(
 ) -> None:
     for doubt in ("_may_be_nothing", "_is_its_parts"):
         monkeypatch.setattr(in_motion, doubt, lambda *_: False)
+    monkeypatch.setattr(in_motion, "_form_error", lambda *_: 0.1)
     monkeypatch.setattr(in_motion, "is_of_reversals", lambda robot, rival: False)
     monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
     monkeypatch.setattr(in_motion, "component_of", lambda _, placed: SimpleNamespace(key=DEAD))
     names = of_two(1e-3)
     monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: [names[0].forms[0]])
-    loop: Any = SimpleNamespace(loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown)
+    loop: Any = SimpleNamespace(loop_run=lambda step: step.has, shown_of_rival=lambda *_: shown)
     course: Any = Course()
     course.take([SimpleNamespace(key=COULOMB)], [None])
     finding: Any = SimpleNamespace(key=COULOMB, names=names, unsure="", doubt_of=lambda key: "")

@@ -105,7 +105,7 @@ def test_a_limit_in_the_set_says_what_its_likelier_form_says(monkeypatch: pytest
     unseen = {"nothing": UNSEEN, "rival": UNSEEN}
     said = asked(monkeypatch, rival=13.0, own=12.0, shares=unseen, other=form)
     assert said.probability(form) == 0.0 and said.named == said.probability(OWN) > 0.9
-    assert [one.key for one in said.forms(OWN)] == [form]
+    assert [one.key for one in said.names[0].forms] == [form]
 
 
 def test_a_form_that_says_something_else_of_other_motion_is_a_name_of_its_own(
@@ -115,12 +115,14 @@ def test_a_form_that_says_something_else_of_other_motion_is_a_name_of_its_own(
     form = ("directional_efficiency", (1,))
     unseen = {"nothing": UNSEEN, "rival": UNSEEN}
     said = asked(monkeypatch, rival=12.0, own=12.0, shares=unseen, other=form, same=False)
-    assert said.probability(form) == pytest.approx(said.probability(OWN)) and said.forms(OWN) == ()
+    assert said.probability(form) == pytest.approx(said.probability(OWN)) and said.names[0].forms == ()
     assert said.probability(OWN) < 0.5
     unlikely = asked(monkeypatch, rival=8.0, own=12.0, shares=unseen, other=form, same=False)
     assert unlikely.probability(form) == 0.0  # not asked: it is in no set
     likelier = asked(monkeypatch, rival=13.0, own=12.0, shares=unseen, other=form, same=False)
-    assert [one.key for one in likelier.forms(OWN)] == [form] and likelier.named == likelier.probability(OWN)
+    assert [one.key for one in likelier.names[0].forms] == [form] and likelier.named == likelier.probability(
+        OWN
+    )
 
 
 @pytest.mark.parametrize("rival", [11.0, 13.0])
@@ -130,7 +132,7 @@ def test_a_form_of_which_the_recordings_show_no_more_than_its_limit_is_that(
     """However likely: a power four of the speed of −0.2 ± 4.3 N·m beside viscous friction of 1.52 ± 0.02."""
     form, unseen = ("directional_efficiency", (1,)), {"nothing": UNSEEN, "rival": UNSEEN}
     said = asked(monkeypatch, rival=rival, own=12.0, shares=unseen, other=form, same=False, adds=False)
-    assert said.probability(form) == 0.0 and said.forms(OWN) == ()
+    assert said.probability(form) == 0.0 and said.names[0].forms == ()
     assert said.named == said.probability(OWN) > 0.9
 
 
