@@ -1256,7 +1256,7 @@ RULES = (
         "loop = ",
     ),
     Broken(
-        "of what reversals show the loop has no more than once and a half",
+        "of what reversals show the loop has no more than twice",
         "ident/discrepancy/confirmation.py",
         "(self._loop.exceeded and self.of_reversals)",
         "False",
@@ -1268,22 +1268,16 @@ RULES = (
         "self._loop.exceeded",
     ),
     Broken(
-        "other motion shows no more than once and a half of a finding's torque",
+        "other motion shows no more than twice a finding's torque",
         "ident/discrepancy/confirmation.py",
         "(self.torque.exceeded and not self.of_reversals)",
         "False",
     ),
     Broken(
-        "more than all is told beyond its own deviation",
+        "more than twice is told beyond its own deviation",
         "ident/discrepancy/confirmation.py",
-        "return self.share - _INTERVAL * self.sigma > 1.5",
-        "return self.share > 1.5",
-    ),
-    Broken(
-        "names that say nearly the same are not told apart by the loop",
-        "ident/discrepancy/validation.py",
-        "return shown.to_form(form * float(np.linalg.norm(its - where) / np.linalg.norm(its - others)))",
-        "return shown",
+        "return self.share - _INTERVAL * self.sigma > 2.0",
+        "return self.share > 2.0",
     ),
     Broken(
         "a likelier form has a probability of its own",

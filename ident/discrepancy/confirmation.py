@@ -103,8 +103,8 @@ class Shown:
 
     @property
     def exceeded(self) -> bool:
-        """More than once and a half, beyond its own deviation: most of what is there is something else."""
-        return self.share - _INTERVAL * self.sigma > 1.5
+        """More than twice, beyond its own deviation: most of what is there is something else."""
+        return self.share - _INTERVAL * self.sigma > 2.0
 
     @property
     def of_nothing(self) -> bool:
@@ -142,7 +142,7 @@ class Confirmation:
 
     @property
     def against(self) -> tuple[Shown, ...]:
-        """Shares that are told from all of it, at 95 %: nearer to nothing, or more than once and a half.
+        """Shares that are told from all of it, at 95 %: nearer to nothing, or more than twice.
 
         More of its torque is asked of what the moving arm shows, whose positions an integral makes up for;
         more of its change of the simulated positions of what was found in these.

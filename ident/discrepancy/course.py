@@ -92,7 +92,7 @@ class Course:
         """What the moving arm shows; the rest was found at reversals, beside it."""
         return self.findings[: len(self.moving.base.model.effects) - len(self.first.base.model.effects)]
 
-    def without(self, position: int) -> Step:
+    def _without(self, position: int) -> Step:
         """The final model less one finding."""
         in_motion = self._in_motion()
         if position >= len(in_motion):
@@ -157,7 +157,7 @@ class Course:
         moving = last if self.step is self.moving else validation.loop_run(self.moving)
         found = []
         for k, one in enumerate(self.findings):
-            without = self.without(k)
+            without = self._without(k)
             whole = self.moving
             loops = (validation.loop_run(without), moving)
             if k >= len(self._in_motion()):

@@ -161,27 +161,9 @@ class Validation:
         """
         if without[0] is None or whole[0] is None:
             return None
+        misfit = np.minimum(without[0].position, whole[0].position)
         errors = without[0].errors, whole[0].errors
-        return shown_in_positions(without[0].time, *errors, _left(without[0], whole[0]))
-
-    def shown_of_rival(self, none: LoopRun, one: LoopRun, other: LoopRun, form: float) -> Shown | None:
-        """The same of a name in another one's place, to what the forms of both may be wrong by.
-
-        Names that say nearly the same differ by less than the form of either is known to: of them the loop
-        tells nothing, however little noise there is.
-
-        Args:
-            none, one, other: models in closed loop without either name, with the one and with the other.
-            form: share of what the one name changes.
-        """
-        shown = self.shown_in_loop(one, other)
-        if shown is None or shown.of_nothing or none[0] is None:
-            return shown
-        assert one[0] is not None
-        assert other[0] is not None
-        unit = _left(one[0], other[0])
-        where, its, others = (np.concatenate(run.errors) / unit for run in (none[0], one[0], other[0]))
-        return shown.to_form(form * float(np.linalg.norm(its - where) / np.linalg.norm(its - others)))
+        return shown_in_positions(without[0].time, *errors, np.maximum(misfit, _EXACT))
 
     def _binned_residual(self, before: Step, after: Step) -> BinnedResidual:
         """What the residual depends on before and after."""
@@ -189,11 +171,6 @@ class Validation:
         torques = [piece.torque - residual for piece, residual in zip(self.prepared, first, strict=True)]
         places = residual_dependences(self.prepared, first, torques)
         return binned_residual(self.prepared, first, last, torques, places)
-
-
-def _left(one: LoopGap, other: LoopGap) -> FloatArray:
-    """(n,) rad (or m), what the nearer of two simulations leaves of each joint's position."""
-    return np.maximum(np.minimum(one.position, other.position), _EXACT)
 
 
 def _parameters(accepted: Accepted) -> tuple[FoundParameter, ...]:

@@ -8,8 +8,6 @@ from dataclasses import replace
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, as_limit, with_nats
-from ident.discrepancy.by_evidence.decide.no_name import form_error
-from ident.discrepancy.by_evidence.library.candidates import is_friction
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
 from ident.discrepancy.by_evidence.taken import (
     basis_of,
@@ -84,16 +82,13 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
     names, apart = Slot(finding.names).each.names, [one.key for one in finding.names[1:]]
     stands, place, nats = finding.key, Slot(names), dict[Key, float]()
     taken = {one.component.key for k, one in enumerate(course.findings) if k != number}
-    robot, none = course.step.base.model.robot, None
+    robot = course.step.base.model.robot
     rivals = rivals_in_loop(robot, finding)
     for rival in (one for one in rivals if one.key not in taken):
         other = _with_rival(course, number, rival)
         if other is None or _may_be_nothing(other, number) or _is_its_parts(course, number, other, fitted):
             continue
-        none = none or fitted.loop_run(course.without(number))
-        runs = none, fitted.loop_run(course.step), fitted.loop_run(other.step)
-        form = max(_form_error(one, number) for one in (course, other))
-        shown = fitted.shown_of_rival(*runs, form)
+        shown = fitted.shown_in_loop(fitted.loop_run(course.step), fitted.loop_run(other.step))
         _log.info("%s in the place of %s in closed loop: %s", rival.name, stands[0], shown)
         if shown is None:
             continue
@@ -110,12 +105,6 @@ def settled_in_loop(course: Course, number: int, finding: EvidenceFinding, fitte
         basis = basis_of(stands, place, unsure, finding.doubt_of(stands))
         course.findings[number] = replace(course.findings[number], basis=basis)
     return course
-
-
-def _form_error(course: Course, number: int) -> float:
-    """Share of a finding's torque by which its form may be wrong."""
-    one = course.findings[number]
-    return form_error(one.component.family.rough, is_friction(one.placed))
 
 
 def _may_be_nothing(course: Course, number: int) -> bool:

@@ -53,6 +53,7 @@ def test_the_simulated_positions_say_it_instead(
     class Model(str):
         __slots__ = ()
         prior = None
+        examination = SimpleNamespace(simulated=True)
 
         def gap_from(self, *given: object) -> Any:
             return SimpleNamespace(closed=0.1), None
@@ -71,4 +72,4 @@ def test_the_simulated_positions_say_it_instead(
     loops: Any = (("described", ""), ("described with", ""))
     confirmation: Any = Validation((), None).finding(accepted, without, whole, loops)  # type: ignore[arg-type]
     assert confirmation.torque == (simulated or Shown(0.0, 0.0))
-    assert confirmation.passed is (simulated is not None)
+    assert confirmation.passed is (simulated is not None) and confirmation.of_reversals

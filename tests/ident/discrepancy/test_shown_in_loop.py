@@ -64,20 +64,6 @@ def test_a_change_that_no_simulation_resolves_is_none() -> None:
         assert shown.of_nothing is nothing and shown.contradicted is not nothing
 
 
-@pytest.mark.parametrize("apart", [1e-2, 1.0])
-def test_names_that_say_nearly_the_same_are_not_told_apart_by_the_loop(apart: float) -> None:
-    """Of what dry friction and a dead zone differ by, two thousandths of either, −1.2 ± 1.6 was there."""
-    without, here, there = (run(errors(size, 0.0)) for size in (110.0, 10.0, 10.0 - 100.0 * apart))
-    shown = VALIDATION.shown_in_loop(here, there)
-    to_form = VALIDATION.shown_of_rival(without, here, there, 0.03)
-    assert shown is not None and to_form is not None and to_form.share == shown.share
-    assert to_form.sigma == pytest.approx(np.hypot(shown.sigma, 0.03 / apart))
-    unknown: LoopRun = None, "unstable"
-    assert VALIDATION.shown_of_rival(unknown, here, there, 0.03) == shown
-    assert VALIDATION.shown_of_rival(without, unknown, there, 0.03) is None
-    assert VALIDATION.shown_of_rival(without, here, here, 0.03) == VALIDATION.shown_in_loop(here, here)
-
-
 def test_an_arm_is_simulated_with_the_friction_at_standstill_that_it_has() -> None:
     """One whose friction turns over 20 mm/s is another than one of bristles, by its positions alone."""
     robot = robots.load("emps")

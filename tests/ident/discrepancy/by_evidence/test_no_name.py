@@ -55,12 +55,7 @@ def test_friction_is_another_some_minutes_later() -> None:
 
 
 def test_how_far_a_name_may_be_another_on_other_motion_is_asked_of_what_it_is() -> None:
-    def of(rough: bool, friction: bool) -> float:
-        member: Any = SimpleNamespace(
-            candidate=SimpleNamespace(family=SimpleNamespace(rough=rough)), is_friction=friction
-        )
-        return form_error(member)
-
+    of = form_error
     assert of(False, False) < of(False, True) < of(True, False) == of(True, True)
 
 

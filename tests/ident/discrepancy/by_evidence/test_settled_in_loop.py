@@ -24,7 +24,6 @@ from ident.effects.vocabulary import family_named
 NAMES = ("drifting_friction", "hysteresis", "static_friction")
 KEYS = [(name, (0,)) for name in NAMES]
 DRIFTING, HYSTERESIS, STATIC = NAMES
-FORMS = {DRIFTING: 0.1, HYSTERESIS: 0.12, STATIC: 0.11}
 
 
 @dataclass(frozen=True)
@@ -50,10 +49,6 @@ class Course:
         model = SimpleNamespace(robot=None)
         self.step = SimpleNamespace(base=SimpleNamespace(model=model), has=components[0].key[0])
 
-    def without(self, position: int) -> Any:
-        """Less one of them."""
-        return SimpleNamespace(has="")
-
 
 def settled(
     monkeypatch: pytest.MonkeyPatch,
@@ -74,7 +69,6 @@ def settled(
     no_size: Any = lambda course, k: course.findings[k].component.key[0] == nothing  # noqa: E731
     monkeypatch.setattr(in_motion, "_may_be_nothing", no_size)
     monkeypatch.setattr(in_motion, "_is_its_parts", lambda *_: False)
-    monkeypatch.setattr(in_motion, "_form_error", lambda course, k: FORMS[course.findings[k].effect])
     if in_motion.is_of_reversals is is_of_reversals:
         monkeypatch.setattr(in_motion, "is_of_reversals", lambda robot, rival: True)
     monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
@@ -83,12 +77,9 @@ def settled(
     listed = probabilities(dict(zip(KEYS, odds, strict=True)), cast(Any, dict(zip(KEYS, NAMES, strict=True))))
     rivals = [one for one in listed if one.name != DRIFTING]
     monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: rivals)
-
-    def shown_of_rival(none: str, now: str, then: str, form: float) -> Shown | None:
-        assert none == "" and form == max(FORMS[now], FORMS[then])
-        return shown.get((now, then))
-
-    loop = SimpleNamespace(loop_run=lambda step: step.has, shown_of_rival=shown_of_rival)
+    loop = SimpleNamespace(
+        loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown.get((now, then))
+    )
     course: Any = Course()
     both = [SimpleNamespace(key=(name, (0,))) for name in (DRIFTING, beside) if name]
     course.take(both, ["by the rows"] * len(both))
@@ -205,13 +196,12 @@ def test_the_loop_tells_a_name_from_a_form_that_contains_it(
 ) -> None:
     for doubt in ("_may_be_nothing", "_is_its_parts"):
         monkeypatch.setattr(in_motion, doubt, lambda *_: False)
-    monkeypatch.setattr(in_motion, "_form_error", lambda *_: 0.1)
     monkeypatch.setattr(in_motion, "is_of_reversals", lambda robot, rival: False)
     monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
     monkeypatch.setattr(in_motion, "component_of", lambda _, placed: SimpleNamespace(key=DEAD))
     names = of_two(1e-3)
     monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: [names[0].forms[0]])
-    loop: Any = SimpleNamespace(loop_run=lambda step: step.has, shown_of_rival=lambda *_: shown)
+    loop: Any = SimpleNamespace(loop_run=lambda step: step.has, shown_in_loop=lambda now, then: shown)
     course: Any = Course()
     course.take([SimpleNamespace(key=COULOMB)], [None])
     finding: Any = SimpleNamespace(key=COULOMB, names=names, unsure="", doubt_of=lambda key: "")
