@@ -40,6 +40,12 @@ FIGURES = (
     Figure(f"{_BY}evidence/prepared", "_FINER", "samples per row for columns | two"),
     Figure(f"{_BY}evidence/prepared", "_EDGE", "five periods of the cut-off"),
     Figure(f"{_BY}evidence/prepared", "_FEWEST_ROWS", "50 rows"),
+    Figure(f"{_BY}decide/free_law", "_SMOOTH", "1 of ln of the speed"),
+    Figure(
+        f"{_BY}decide/free_law",
+        "_DIRECTIONS",
+        "smooth over; directions | 0.003 of the limit; 1 of ln of the speed; 10",
+    ),
     Figure(f"{_BY}evidence/slow", "_SLOW", "six half waves a recording"),
     Figure(f"{_BY}evidence/prepared", "_MINIMUM_SPEED", "1 % of the speed limit"),
     Figure(f"{_BY}decide/edges", "_STRETCH", "on 40 s"),

@@ -429,6 +429,30 @@ RULES = (
         "-possible",
     ),
     Broken(
+        "several names of one law of the speed are compared with a free one",
+        f"{_BY}decide/names.py",
+        "unknown = max(unknown, free_law(search.problem, searched, number))",
+        "pass",
+    ),
+    Broken(
+        "one name is no law of the speed that several describe together",
+        f"{_BY}decide/free_law.py",
+        "len(laws) < 2",
+        "len(laws) < 1",
+    ),
+    Broken(
+        "a free law that fits better than an accepted model is no likelier for that",
+        f"{_BY}decide/free_law.py",
+        "        level = level.changed(joint, kappa=float(problem.misfit.accepted[joint]))\n",
+        "        level = level.changed(joint, kappa=1e-6)\n",
+    ),
+    Broken(
+        "what follows a load too is no law of the speed",
+        f"{_BY}decide/free_law.py",
+        "        and one.load_row is None\n",
+        "",
+    ),
+    Broken(
         "of a name's own torque other motion shows a share",
         f"{_BY}decide/no_name.py",
         "max(alone.to_form(form).nats_of_no_name, refitted.to_form(form).nats_of_no_name - price)",

@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ident.discrepancy.by_evidence.decide.free_law import free_law
 from ident.discrepancy.by_evidence.decide.no_name import (
     NO_NAME,
     form_error,
@@ -168,7 +169,9 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     possible, left = log_possible(search.problem, found, number), left_beside(search.problem, found, number)
     member = found.members[number]
     alone, form = held.alone(found, number), form_error(member.candidate.family.rough, member.is_friction)
-    odds[NO_NAME, own[1]] = odds[own] + odds_of_no_name(alone, seen, price, possible, left, form)
+    unknown = odds_of_no_name(alone, seen, price, possible, left, form)
+    unknown = max(unknown, free_law(search.problem, searched, number))
+    odds[NO_NAME, own[1]] = odds[own] + unknown
     listed = probabilities(odds, forms)
     return Slot(as_limit(listed, own, *_forms(search, found, without, listed, own, candidates)))
 

@@ -205,6 +205,7 @@ def asked(
         price: nats that parameters of the set without it cost.
         rough: whether rows hold only the most of it.
     """
+    monkeypatch.setattr(names, "free_law", lambda *given: -np.inf)
     monkeypatch.setattr(names, "log_possible", lambda *given: possible)
     monkeypatch.setattr(names, "left_beside", lambda *given: 0.0)
     family = SimpleNamespace(contains=(), rough=rough)

@@ -1,0 +1,108 @@
+"""One law of the speed without a name, in the place of names that describe it together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import robots
+from ident.discrepancy.by_evidence.decide.free_law import _KNOTS, _directions, free_law, is_law_of_speed
+from ident.discrepancy.by_evidence.decide.names import slot
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
+from ident.discrepancy.by_evidence.decide.search import Search, Searched
+from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.confirmation import Shown
+from ident.effects.placed import Placed
+from ident.effects.vocabulary import VOCABULARY, family_named
+from ident.parameters.present import Present
+from ident.parameters.regressor import RegressorModel
+from tests.ident.discrepancy.by_evidence.toy_effects import RATE, problem_of, searching
+
+LAWS = ("stribeck_friction", "nonlinear_viscous_friction")
+FASTEST = 0.0785
+"""m/s, that the axis of the toy effects comes to."""
+
+Course = Callable[[np.ndarray], np.ndarray]
+
+
+class NotLookedAt:
+    """Other motion that shows nothing of any change."""
+
+    def shown(self, found: Found, other: Found) -> Shown:
+        return Shown(0.0, 0.0)
+
+    def alone(self, found: Found, number: int) -> Shown:
+        return Shown(0.0, 0.0)
+
+
+def eddy(share: np.ndarray) -> np.ndarray:
+    """An eddy-current brake, strongest at a fifth of the fastest speed."""
+    x = share / 0.2
+    return np.asarray(30.0 * 2.0 * x / (1.0 + x * x))
+
+
+def of_two_names(share: np.ndarray) -> np.ndarray:
+    """Friction that falls with speed, and some that grows with a power of it."""
+    falls, grows = np.exp(-((share / 0.15) ** 2)), np.abs(share) ** 0.3
+    return np.asarray(np.sign(share) * (40.0 * falls + 100.0 * grows))
+
+
+def searched_for(course: Course, names: tuple[str, ...] = LAWS) -> tuple[Search, Searched]:
+    def more(position: np.ndarray) -> np.ndarray:
+        return course(np.gradient(position) * RATE / FASTEST)
+
+    search = searching(problem_of(more), [family_named(name) for name in names])
+    return search, search.run()
+
+
+@pytest.mark.parametrize(("course", "has_a_name"), [(eddy, False), (of_two_names, True)])
+def test_several_names_of_one_law_are_as_likely_as_two_effects(course: Course, has_a_name: bool) -> None:
+    search, searched = searched_for(course)
+    found = searched.found
+    assert {one.candidate.family.name for one in found.members} == set(LAWS)
+    odds = free_law(search.problem, searched, 0)
+    assert (odds < -3.0) if has_a_name else (odds > 3.0)
+    for number, member in enumerate(found.members):
+        held = NotLookedAt()
+        said = slot(search, searched, number, search.without(found, number), held)
+        unknown = said.probability((NO_NAME, member.candidate.key[1]))
+        assert (unknown < 0.1) if has_a_name else (unknown > 0.9)
+
+
+def test_one_name_is_asked_by_what_it_leaves() -> None:
+    """A real drive's friction is no name to its last digit."""
+    search, searched = searched_for(eddy, LAWS[1:])
+    assert len(searched.found.members) == 1
+    assert free_law(search.problem, searched, 0) == -np.inf
+
+
+def test_a_free_law_is_smooth_over_the_logarithm_of_the_speed() -> None:
+    """A factor of e is as far as it knows itself; few directions hold all of it."""
+    directions = _directions()
+    covariance = directions @ directions.T
+    apart = np.log(_KNOTS)[:, np.newaxis] - np.log(_KNOTS)
+    assert covariance == pytest.approx(np.exp(-0.5 * apart**2), abs=2e-3)
+    assert np.abs(covariance - np.exp(-0.5 * apart**2)).max() > 1e-4 and directions.shape[1] == 10
+
+
+def test_what_follows_the_speed_and_nothing_else_is_a_law_of_it() -> None:
+    robot = robots.load("tx40")
+    present = Present(RegressorModel.of(robot), RegressorModel.of(robot).prior())
+    laws = set()
+    for family in VOCABULARY:
+        for form in family.nested:
+            place = next(iter(form.places(robot)), None)
+            if place is None:
+                continue
+            shape = tuple(one.grid[0] for one in form.shapes(robot, place))
+            effect = form.effect(robot, place, shape, present)
+            assert isinstance(effect, Placed)
+            if is_law_of_speed(effect):
+                laws.add(family.name)
+    assert laws >= {"viscous_friction", "coulomb_friction", *LAWS}
+    assert laws.isdisjoint({"hysteresis", "static_friction", "load_dependent_friction", "dragging_brake"})
+    assert laws.isdisjoint(
+        {"position_dependent_friction", "drifting_friction", "asymmetric_friction", "payload"}
+    )
