@@ -136,6 +136,18 @@ def test_a_form_of_which_the_recordings_show_no_more_than_its_limit_is_that(
     assert said.named == said.probability(OWN) > 0.9
 
 
+def test_something_without_a_name_may_be_the_law_that_several_names_describe(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """If that is likelier than what the one name leaves."""
+    unknown, unseen = (NO_NAME, OWN[1]), {"nothing": UNSEEN, "rival": UNSEEN}
+    likelier = asked(monkeypatch, rival=-9.0, own=12.0, shares=unseen, law=5.0)
+    assert likelier.log_odds(unknown) == pytest.approx(12.0 + 5.0)
+    less = asked(monkeypatch, rival=-9.0, own=12.0, shares=unseen, law=-9.0)
+    none = asked(monkeypatch, rival=-9.0, own=12.0, shares=unseen)
+    assert less.log_odds(unknown) == none.log_odds(unknown) > 12.0 - 9.0
+
+
 def test_something_without_a_name_has_the_evidence_of_the_nearest_name_and_any_share(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -190,6 +202,7 @@ def asked(
     possible: float = 0.0,
     price: float = 0.0,
     rough: bool = False,
+    law: float = -np.inf,
 ) -> names.Slot:
     """The names of a set with one member, of which the rows that were fitted have so many nats.
 
@@ -204,8 +217,9 @@ def asked(
         possible: log probability of the sizes.
         price: nats that parameters of the set without it cost.
         rough: whether rows hold only the most of it.
+        law: log odds of any law of the speed against the names that are laws of it.
     """
-    monkeypatch.setattr(names, "free_law", lambda *given: -np.inf)
+    monkeypatch.setattr(names, "free_law", lambda *given: law)
     monkeypatch.setattr(names, "log_possible", lambda *given: possible)
     monkeypatch.setattr(names, "left_beside", lambda *given: 0.0)
     family = SimpleNamespace(contains=(), rough=rough)
