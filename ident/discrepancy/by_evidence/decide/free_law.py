@@ -3,7 +3,7 @@
 A power of the speed, friction that falls with it and a little less dry friction are together nearly any
 friction there is: an eddy-current brake, of which each name's probability was 0.96. So all members of a set
 that are laws of one speed are compared with a single odd function of it, normal and smooth over ln|q̇|, as
-large as what they explain (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006: its
+large as they are before any data (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006: its
 evidence is that of a linear model in the directions of its covariance).
 """
 
@@ -15,11 +15,11 @@ from functools import cache, partial
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.left_over import torque_of
 from ident.discrepancy.by_evidence.decide.no_name import OUTSIDE
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.search import Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Member, found_set
+from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry
 from ident.effects.family import Place, PlacedEffect, PresentModel, State
 from ident.effects.placed import (
@@ -73,7 +73,7 @@ def free_law(problem: Problem, searched: Searched, number: int) -> float:
     ]
     if number not in laws or len(laws) < 2:
         return -math.inf
-    size = math.hypot(*(float(torque_of(problem, found, k).max()) for k in laws))
+    size = math.hypot(*(_usual(problem, found.members[k]) for k in laws))
     candidate = replace(member.candidate, family=_family(size), shapes=())
     placed = candidate.at(problem.prepared.robot, (), searched.present)
     law = Member(Entry(candidate, placed, problem.rows.effect(placed)), 0.0)
@@ -84,6 +84,14 @@ def free_law(problem: Problem, searched: Searched, number: int) -> float:
     either = (found_set(problem, members, level, ()) for members in ((*rest, law), found.members))
     free, named = (one.log_evidence for one in either)
     return TEMPERATURE * (free - named) + math.log(OUTSIDE)
+
+
+def _usual(problem: Problem, member: Member) -> float:
+    """Root mean square of a member's torque where the joints move, N·m (or N), before any data."""
+    columns = effect_rows(problem.prepared, member.entry.placed) * member.entry.white.scale
+    used = problem.prepared.used
+    squares = np.where(used, np.sum(columns**2, axis=2), 0.0).sum(axis=0) / np.maximum(used.sum(axis=0), 1)
+    return float(np.sqrt(squares.max()))
 
 
 def is_law_of_speed(placed: PlacedEffect) -> bool:
