@@ -448,7 +448,7 @@ RULES = (
     ),
     Broken(
         "what follows a load too is no law of the speed",
-        f"{_BY}decide/free_law.py",
+        f"{_BY}library/candidates.py",
         "        and one.load_row is None\n",
         "",
     ),

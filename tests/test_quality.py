@@ -80,8 +80,9 @@ def test_a_mutant_is_shown_to_the_tests_that_enter_it() -> None:
     assert changed == f"{path}:HeldOut._confirmation"
     names = "ident/discrepancy/by_evidence/decide/no_name.py"
     text = (Path(__file__).parents[1] / names).read_text("utf-8")
-    (reader,) = broken_functions(names, text, text.replace("_IMITATED = 0.2", "_IMITATED = 1.0"))
-    assert reader == f"{names}:nats_of_left"
+    readers = broken_functions(names, text, text.replace("OUTSIDE = 0.1", "OUTSIDE = 1.0"))
+    law = "ident/discrepancy/by_evidence/decide/free_law.py"
+    assert sorted(readers) == [f"{law}:free_law", f"{names}:odds_of_no_name"]
     tests = {"slow": (30.0, {changed}), "other": (0.1, {"x"}), "quick": (0.2, {changed, "x"})}
     near = Nearest({name: (seconds, frozenset(entered)) for name, (seconds, entered) in tests.items()})
     assert list(near.stages({changed})) == [("quick",), ("slow",)]

@@ -147,9 +147,12 @@ class Confirmation:
         More of its torque is asked of what the moving arm shows, whose positions an integral makes up for;
         more of its change of the simulated positions of what was found in these.
         """
-        torque = self.torque.contradicted or (self.torque.exceeded and not self.of_reversals)
         loop = self._loop.contradicted or (self._loop.exceeded and self.of_reversals)
-        return (self.torque,) * torque + (self._loop,) * loop
+        return (self.torque,) * self._torque_against + (self._loop,) * loop
+
+    @property
+    def _torque_against(self) -> bool:
+        return self.torque.contradicted or (self.torque.exceeded and not self.of_reversals)
 
     @property
     def reason(self) -> str:
@@ -158,7 +161,7 @@ class Confirmation:
             return self.unsure
         if self.torque.of_nothing:
             return "data that was not fitted does not move where it acts; record a motion that does"
-        if not self.torque.there or self.torque in self.against:
+        if not self.torque.there or self._torque_against:
             share = f"{100 * self.torque.share:.0f} ± {100 * self.torque.sigma:.0f} %"
             return f"of the torque that it adds, data that was not fitted shows {share}"
         if not self.against:

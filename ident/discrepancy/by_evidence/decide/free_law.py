@@ -16,12 +16,12 @@ from functools import cache, partial
 import numpy as np
 
 from ident.discrepancy.by_evidence.decide.no_name import OUTSIDE
-from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.problem import Problem, root_mean_square
 from ident.discrepancy.by_evidence.decide.search import Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Member, found_set
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry
-from ident.effects.family import Place, PlacedEffect, PresentModel, State
+from ident.effects.family import Place, PresentModel, State
 from ident.effects.placed import (
     ANY,
     Family,
@@ -34,7 +34,7 @@ from ident.effects.placed import (
     speed_limit,
     torque_unit,
 )
-from ident.effects.simulated import Bristle, FrictionTorque, HasSimulatedParts, SimulatedParts
+from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.statistics.symmetric import eigen_of
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -65,12 +65,8 @@ def free_law(problem: Problem, searched: Searched, number: int) -> float:
     """
     found = searched.found
     member = found.members[number]
-    key = member.candidate.key[1]
-    laws = [
-        k
-        for k, one in enumerate(found.members)
-        if one.candidate.key[1] == key and is_law_of_speed(one.entry.placed)
-    ]
+    here = [k for k, one in enumerate(found.members) if one.candidate.key[1] == member.candidate.key[1]]
+    laws = [k for k in here if found.members[k].entry.is_law_of_speed] if len(here) > 1 else []
     if number not in laws or len(laws) < 2:
         return -math.inf
     size = math.hypot(*(_usual(problem, found.members[k]) for k in laws))
@@ -89,27 +85,7 @@ def free_law(problem: Problem, searched: Searched, number: int) -> float:
 def _usual(problem: Problem, member: Member) -> float:
     """Root mean square of a member's torque where the joints move, N·m (or N), before any data."""
     columns = effect_rows(problem.prepared, member.entry.placed) * member.entry.white.scale
-    used = problem.prepared.used
-    squares = np.where(used, np.sum(columns**2, axis=2), 0.0).sum(axis=0) / np.maximum(used.sum(axis=0), 1)
-    return float(np.sqrt(squares.max()))
-
-
-def is_law_of_speed(placed: PlacedEffect) -> bool:
-    """Whether an effect is friction that follows its drive's speed, and nothing else besides."""
-    if not isinstance(placed, HasSimulatedParts):
-        return False
-    parts = placed.simulated(np.ones(len(placed.parameters)))
-    alone = all(
-        not isinstance(one.law, Bristle)
-        and one.direction == 0
-        and one.curve is None
-        and one.course is None
-        and one.load_row is None
-        and one.warming is None
-        and one.other_row is None
-        for one in parts.friction
-    )
-    return alone and (bool(parts.friction) or parts.damping is not None)
+    return float(root_mean_square(problem.prepared, np.linalg.norm(columns, axis=2)).max())
 
 
 def _family(size: float) -> Family:

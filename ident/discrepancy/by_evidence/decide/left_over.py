@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.problem import Problem, root_mean_square
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
@@ -46,9 +46,7 @@ def misfit_of(problem: Problem, found: Found) -> FloatArray:
 def torque_of(problem: Problem, found: Found, number: int) -> FloatArray:
     """(n,) root mean square of a member's torque where the joints move, N·m (or N)."""
     torque = effect_rows(problem.prepared, found.members[number].entry.placed) @ found.theta(number)[0]
-    used = problem.prepared.used
-    squares = np.sum(np.where(used, torque, 0.0) ** 2, axis=0) / np.maximum(used.sum(axis=0), 1)
-    return np.asarray(np.sqrt(squares))
+    return root_mean_square(problem.prepared, torque)
 
 
 def own_joint(found: Found, number: int, torque: FloatArray) -> int:

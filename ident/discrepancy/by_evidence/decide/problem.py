@@ -115,10 +115,10 @@ def usual_misfit(noise: tuple[Noise, ...]) -> FloatArray:
     return np.array([_OF_NOISE * one.marginal for one in noise])
 
 
-def root_mean_square(prepared: Prepared) -> FloatArray:
-    """(n,) of the torque over the rows used."""
+def root_mean_square(prepared: Prepared, torque: FloatArray | None = None) -> FloatArray:
+    """(n,) of a torque over the rows used, rows × joints; of the measured one where none is given."""
     used = prepared.used
-    squares = np.sum(np.where(used, prepared.torque, 0.0) ** 2, axis=0)
+    squares = np.sum(np.where(used, prepared.torque if torque is None else torque, 0.0) ** 2, axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(used.sum(axis=0), 1)))
 
 

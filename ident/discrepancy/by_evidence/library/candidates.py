@@ -13,7 +13,7 @@ import numpy as np
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
 from ident.effects.family import EffectFamily, Place, PlacedEffect, PresentModel, Shape
-from ident.effects.simulated import HasSimulatedParts
+from ident.effects.simulated import Bristle, FrictionTorque, HasSimulatedParts
 from robots.description import Robot
 
 
@@ -78,13 +78,38 @@ class Entry:
         """As :func:`is_friction`; kept, since a simulation's tables are dear."""
         return is_friction(self.placed)
 
+    @cached_property
+    def is_law_of_speed(self) -> bool:
+        """As :func:`is_law_of_speed`, kept as well."""
+        return is_law_of_speed(self.placed)
+
 
 def is_friction(placed: PlacedEffect) -> bool:
     """Whether an effect is torque against the speed of a drive."""
+    return _friction_of(placed) is not None
+
+
+def is_law_of_speed(placed: PlacedEffect) -> bool:
+    """Whether an effect is friction that follows its drive's speed, and nothing else besides."""
+    friction = _friction_of(placed)
+    return friction is not None and all(
+        not isinstance(one.law, Bristle)
+        and one.direction == 0
+        and one.curve is None
+        and one.course is None
+        and one.load_row is None
+        and one.warming is None
+        and one.other_row is None
+        for one in friction
+    )
+
+
+def _friction_of(placed: PlacedEffect) -> tuple[FrictionTorque, ...] | None:
+    """Friction of an effect beside its damping; None where it has neither."""
     if not isinstance(placed, HasSimulatedParts):
-        return False
+        return None
     parts = placed.simulated(np.ones(len(placed.parameters)))
-    return bool(parts.friction) or parts.damping is not None
+    return parts.friction if parts.friction or parts.damping is not None else None
 
 
 def candidates(robot: Robot, families: Sequence[EffectFamily]) -> tuple[Candidate, ...]:

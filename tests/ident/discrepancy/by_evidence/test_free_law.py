@@ -9,33 +9,22 @@ import numpy as np
 import pytest
 
 import robots
-from ident.discrepancy.by_evidence.decide.free_law import _KNOTS, _directions, free_law, is_law_of_speed
+from ident.discrepancy.by_evidence.decide.free_law import _KNOTS, _directions, free_law
 from ident.discrepancy.by_evidence.decide.names import slot
 from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
-from ident.discrepancy.by_evidence.decide.state import Found
-from ident.discrepancy.confirmation import Shown
+from ident.discrepancy.by_evidence.library.candidates import is_law_of_speed
 from ident.effects.placed import Placed
 from ident.effects.vocabulary import VOCABULARY, family_named
 from ident.parameters.present import Present
 from ident.parameters.regressor import RegressorModel
-from tests.ident.discrepancy.by_evidence.toy_effects import RATE, problem_of, searching
+from tests.ident.discrepancy.by_evidence.toy_effects import RATE, NotLookedAt, problem_of, searching
 
 LAWS = ("stribeck_friction", "nonlinear_viscous_friction")
 FASTEST = 0.0785
 """m/s, that the axis of the toy effects comes to."""
 
 Course = Callable[[np.ndarray], np.ndarray]
-
-
-class NotLookedAt:
-    """Other motion that shows nothing of any change."""
-
-    def shown(self, found: Found, other: Found) -> Shown:
-        return Shown(0.0, 0.0)
-
-    def alone(self, found: Found, number: int) -> Shown:
-        return Shown(0.0, 0.0)
 
 
 def eddy(share: np.ndarray) -> np.ndarray:

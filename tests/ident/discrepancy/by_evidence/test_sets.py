@@ -18,14 +18,14 @@ from ident.discrepancy.by_evidence.decide.present_with import PresentWith, prese
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.search import Search
 from ident.discrepancy.by_evidence.decide.shapes import refined
-from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, without_effects
+from ident.discrepancy.by_evidence.decide.state import Member, found_set, without_effects
 from ident.discrepancy.by_evidence.decide.told import simplified
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
-from ident.discrepancy.confirmation import Shown
 from ident.effects.family import Shape
 from ident.effects.placed import Family
 from robots.arrays import FloatArray
 from tests.ident.discrepancy.by_evidence.toy_effects import (
+    NotLookedAt,
     family,
     names_of,
     problem_of,
@@ -34,16 +34,6 @@ from tests.ident.discrepancy.by_evidence.toy_effects import (
     wave,
     waves,
 )
-
-
-class NotLookedAt:
-    """Other motion that shows nothing of any change."""
-
-    def shown(self, found: Found, other: Found) -> Shown:
-        return Shown(0.0, 0.0)
-
-    def alone(self, found: Found, number: int) -> Shown:
-        return Shown(0.0, 0.0)
 
 
 def test_two_effects_that_hide_behind_each_other_are_found_together() -> None:

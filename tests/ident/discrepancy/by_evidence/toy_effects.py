@@ -11,8 +11,10 @@ from ident import Recording, RegressorModel
 from ident.discrepancy.by_evidence.accepted import accepted_prior
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
+from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
 from ident.discrepancy.by_evidence.library.candidates import candidates
+from ident.discrepancy.confirmation import Shown
 from ident.effects import State
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import Family, Law, Parameters, Parts, along, each_joint
@@ -30,6 +32,16 @@ SIZE = 2.0
 
 Course = Callable[[FloatArray, Sequence[float]], FloatArray]
 """Torque (samples,) of a position (samples,) and of shapes."""
+
+
+class NotLookedAt:
+    """Other motion that shows nothing of any change."""
+
+    def shown(self, found: Found, other: Found) -> Shown:
+        return Shown(0.0, 0.0)
+
+    def alone(self, found: Found, number: int) -> Shown:
+        return Shown(0.0, 0.0)
 
 
 def wave(number: float, position: FloatArray) -> FloatArray:
