@@ -108,6 +108,8 @@ FIGURES = (
     Figure(f"{_BY}evidence/law_columns", "_SPEEDS", "0.5 to 32 mm/s"),
     Figure("discrepancy/unknown_feed_forward", "_ABOVE", "more than twice the power"),
     Figure("discrepancy/loop", "SETTLING", "settling of a simulated loop; a period | 1 s"),
+    Figure("discrepancy/confirmation", "_FORM", "a row's change 10 %"),
+    Figure(f"{_BY}taken", "_BY_CHANCE", "by chance one in twenty"),
     Figure("discrepancy/confirmation", "_STEPS", "0.001 of what it leaves"),
     Figure(f"{_BY}decide/scanned", "_FEW", "up to 12 in the motion"),
     Figure("discrepancy/confirmation", "_INTERVAL", "told from zero at 95 %"),

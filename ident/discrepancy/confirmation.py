@@ -24,13 +24,20 @@ _STEPS = 1e-3
 constant torque, and the positions show nothing of it)."""
 
 
+_FORM = 0.1
+"""Of what a finding adds to a row, by which it may be wrong there where the finding is there: it comes a
+little earlier, or is a little rounder."""
+
+
 @dataclass(frozen=True)
 class Shown:
     """Of a change of the model that a finding makes, how much the recordings show that were not fitted.
 
     With r the residual without the finding and d what the finding adds to the model, both whitened, ``share``
     is dᵀr/dᵀd: 1 where all of it is there, 0 where nothing is. Below one half the residual has grown,
-    ‖r − d‖ > ‖r‖: a model without the finding predicts better.
+    ‖r − d‖ > ‖r‖: a model without the finding predicts better. Rows of torque count by their noise and by
+    what the finding's form may be wrong by there: of a drag that closes nine tenths of the gap its two ends,
+    4 ms early, showed 20 ± 11 %.
 
     Attributes:
         share: see above.
@@ -177,20 +184,26 @@ class Confirmation:
         return Shown(0.0, 0.0) if self.loop is None else self.loop
 
 
-def shown_share(before: FloatArray, after: FloatArray, blocks: IntArray, least: float = _ROUNDING) -> Shown:
+def shown_share(
+    before: FloatArray, after: FloatArray, blocks: IntArray, least: float = _ROUNDING, form: float = 0.0
+) -> Shown:
     """How much of a change data show.
 
     Args:
-        before, after: (N,) whitened residuals without and with the change.
+        before, after: (N,) residuals without and with the change.
         blocks: (N,) block of time of each row, in which errors may depend on each other.
         least: share of the residual up to which a change is none.
+        form: share of itself by which the change may be wrong in each row, beside an error of deviation 1: no
+            row tells the share better than to that.
     """
     change = before - after
     whole = float(change @ change)
     if whole <= least**2 * float(before @ before):
         return Shown(0.0, 0.0)
-    share = float(change @ before) / whole
-    moments = np.bincount(blocks, change * (before - share * change))
+    weighted = change / (1.0 + (form * change) ** 2)
+    whole = float(weighted @ change)
+    share = float(weighted @ before) / whole
+    moments = np.bincount(blocks, weighted * (before - share * change))
     count = int(np.count_nonzero(np.bincount(blocks)))
     spread = float(moments @ moments) * count / max(1, count - 1)
     return Shown(share, float(np.sqrt(spread)) / whole)
@@ -213,7 +226,8 @@ def shown_in_torque(
     used = np.concatenate([piece.moving for piece in prepared])
     both = np.stack([np.concatenate(list(before)), np.concatenate(list(after))], axis=2)
     white = whitening.apply(both, segment, used)
-    return shown_share(white[:, 0], white[:, 1], block_labels(prepared, segment, used, whitening))
+    blocks = block_labels(prepared, segment, used, whitening)
+    return shown_share(white[:, 0], white[:, 1], blocks, form=_FORM)
 
 
 def shown_in_positions(

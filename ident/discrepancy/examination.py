@@ -150,6 +150,17 @@ class Examination:
         q = self._projector[0]
         return np.asarray(np.linalg.lstsq(q.T @ self.regressor, q.T @ columns, rcond=DEPENDENT)[0])
 
+    @cached_property
+    def of_noise(self) -> Whitening:
+        """By what does not repeat beside this very model; that of :attr:`whitening` where nothing repeats.
+
+        What one model takes for noise another explains where it does not repeat: a brake that rubs now and
+        then, the warmth of a drive.
+        """
+        if not self.repeats:
+            return self.whitening
+        return autoregressive_whitening(self.noise, self.segment, self.used, 0)
+
     def left_of(self, columns: FloatArray) -> FloatArray:
         """What the present model, fitted with its instruments, leaves of columns (N, p)."""
         return np.asarray(columns - self.regressor @ self.taken_up(columns))

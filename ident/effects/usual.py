@@ -34,7 +34,7 @@ SYMBOLS = {
 """Of a model that has a usual term for a drive, in any of its forms."""
 
 FRICTION = (
-    ({"Fc": 1.0, "Fcm": 1.0, "Fcp": 0.5, "Fcn": 0.5}, ("Fc", "Fc_cold", "Fc_settled")),
+    ({"Fc": 1.0, "Fcm": 1.0, "Fcp": 0.5, "Fcn": 0.5}, ("Fc", "Fc_cold", "Fc_settled", "Fq_spot")),
     ({"Fv": 1.0, "Fvp": 0.5, "Fvn": 0.5}, ("Fv", "Fn_linear", "Fv_cold", "Fv_settled")),
 )
 """Dry and viscous friction of a drive, in the mean of both directions: shares of the usual terms in it, and

@@ -21,6 +21,9 @@ from robots.description import Robot
 RANKED = 12
 """Candidates that a ranking lists."""
 
+_BY_CHANCE = 0.05
+"""Of what speaks against a name at 95 %, what does so by chance."""
+
 
 def rivals_in_loop(robot: Robot, finding: EvidenceFinding) -> list[Named]:
     """Names that explain the moving rows in a finding's place, and of which the simulated loop is asked.
@@ -92,7 +95,8 @@ def weighed(finding: Finding, robot: Robot) -> Finding:
     """A finding with its probability and its set after what speaks against it on data that was not fitted.
 
     That was asked when all was fitted together, in torque and in the simulated loop, after the names had
-    their probabilities. What it takes from the name something without a name has.
+    their probabilities. What it takes from the name something without a name has. It is told at 95 %, so one
+    in twenty is by chance, and takes nothing.
 
     Args:
         finding: with what confirms it.
@@ -109,11 +113,15 @@ def weighed(finding: Finding, robot: Robot) -> Finding:
     unlisted = max(float(np.finfo(np.float64).eps), 1.0 - own - sum(rest.values()))
     rest[unknown] = rest.get(unknown, 0.0) + unlisted
     whole = own * kept + sum(rest.values())
-    every = {(finding.effect, finding.joints): own * kept, **rest}
-    names = tuple(Named(*key, value / whole) for key, value in every.items())
+    before = {(finding.effect, finding.joints): own, **rest}
+    after = {**before, (finding.effect, finding.joints): own * kept}
+    names = tuple(
+        Named(*key, _BY_CHANCE * before[key] + (1.0 - _BY_CHANCE) * value / whole)
+        for key, value in after.items()
+    )
     held = smallest(tuple(sorted(names, key=lambda one: -one.probability)))
     return replace(
         finding,
-        probability=own * kept / whole,
+        probability=names[0].probability,
         held=tuple(Possible(one.name, one.joints, one.probability) for one in held),
     )

@@ -12,12 +12,13 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 import robots
+from ident.discrepancy import confirmation as confirmation_module
 from ident.discrepancy.accepted import Accepted
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import Named
 from ident.discrepancy.by_evidence.in_loop import InLoop, leaves_the_usual
 from ident.discrepancy.component import Component
-from ident.discrepancy.confirmation import Confirmation, Shown, shown_share
+from ident.discrepancy.confirmation import Confirmation, Shown, shown_in_torque, shown_share
 from ident.discrepancy.residual_dependence import ResidualDependence
 from ident.discrepancy.results import Candidate
 from ident.discrepancy.unexplained import Unexplained, unexplained_of
@@ -64,6 +65,23 @@ def test_errors_that_go_on_through_a_block_make_a_share_less_sure() -> None:
     together = shown_share(added + slow, slow, BLOCKS)
     alone = shown_share(added + slow, slow, np.arange(BLOCKS.size))
     assert together.sigma > 4 * alone.sigma
+
+
+def test_no_row_tells_the_share_of_a_torque_better_than_to_a_tenth(monkeypatch: pytest.MonkeyPatch) -> None:
+    """White rows of a drag are those of its ends: 4 ms early they are not there, and all between them is."""
+    added = 2.0 * change()
+    early, late = added.copy(), added.copy()
+    early[500:1500:100], late[501:1501:100] = 300.0, 300.0
+    noise = change(1)
+    pieces: Any = [SimpleNamespace(rows=BLOCKS.size, moving=np.ones((BLOCKS.size, 1), dtype=np.bool_))]
+    monkeypatch.setattr(confirmation_module, "block_labels", lambda *given: BLOCKS)
+    rows: Any = SimpleNamespace(apply=lambda values, segment, used: values[:, 0])
+    before, after = ([one[:, np.newaxis]] for one in (late + noise, late - early + noise))
+    shown = shown_in_torque(pieces, before, after, rows)
+    assert shown.there and shown.share == pytest.approx(0.9, abs=0.1)
+    assert shown_share(before[0][:, 0], after[0][:, 0], BLOCKS).contradicted
+    whole = [(late - late + noise)[:, np.newaxis]]
+    assert shown_in_torque(pieces, before, whole, rows).share == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_share_has_nats_for_all_of_it_against_none() -> None:

@@ -20,3 +20,16 @@ def test_rows_that_do_not_determine_the_parameters_are_refused(share: float) -> 
     )
     with pytest.raises(IdentificationError, match="do not determine every parameter; allowed: longer"):
         Examination.covariance.func(rows)  # type: ignore[attr-defined]
+
+
+def test_noise_is_what_does_not_repeat_beside_this_model() -> None:
+    """The search's own rows go by that beside the model without any effect; where nothing repeats all do."""
+    random = np.random.default_rng(0)
+    noise, used = random.normal(0.0, 0.2, (400, 1)), np.ones((400, 1), dtype=np.bool_)
+    rows = SimpleNamespace(
+        repeats=True, whitening="first", noise=noise, segment=np.zeros(400, dtype=np.int64), used=used
+    )
+    of_noise = Examination.of_noise.func  # type: ignore[attr-defined]
+    assert of_noise(rows).sigma == pytest.approx([0.2], rel=0.1)
+    rows.repeats = False
+    assert of_noise(rows) == "first"

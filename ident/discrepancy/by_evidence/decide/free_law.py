@@ -1,8 +1,9 @@
-"""Any law of a drive's speed without a name, in the place of names that describe one together.
+"""Any law of a drive's speed without a name, in the place of names that describe one.
 
 A power of the speed, friction that falls with it and a little less dry friction are together nearly any
-friction there is: an eddy-current brake, of which each name's probability was 0.96. So all members of a set
-that are laws of one speed are compared with a single odd function of it, normal and smooth over ln|q̇|, as
+friction there is: an eddy-current brake, of which each name's probability was 0.96; and a power alone was
+another with 0.96, of which other motion showed 76 %. So all members of a set that are laws of one speed are
+compared with a single odd function of it, normal and smooth over ln|q̇|, as
 large as they are before any data (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006: its
 evidence is that of a linear model in the directions of its covariance).
 """
@@ -61,13 +62,13 @@ def free_law(problem: Problem, searched: Searched, number: int) -> float:
         number: of one of these members.
 
     Returns:
-        −∞ where fewer than two members are laws of that member's speed.
+        −∞ where the member is no law of its speed alone.
     """
     found = searched.found
     member = found.members[number]
     here = [k for k, one in enumerate(found.members) if one.candidate.key[1] == member.candidate.key[1]]
-    laws = [k for k in here if found.members[k].entry.is_law_of_speed] if len(here) > 1 else []
-    if number not in laws or len(laws) < 2:
+    laws = [k for k in here if found.members[k].entry.is_law_of_speed]
+    if number not in laws:
         return -math.inf
     size = math.hypot(*(_usual(problem, found.members[k]) for k in laws))
     candidate = replace(member.candidate, family=_family(size), shapes=())

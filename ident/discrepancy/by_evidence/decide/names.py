@@ -17,7 +17,6 @@ from ident.discrepancy.by_evidence.decide.no_name import (
     NO_NAME,
     form_error,
     left_beside,
-    log_possible,
     odds_of_no_name,
     price_of_parameters,
 )
@@ -166,8 +165,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
         forms.setdefault(one.candidate.key, one.best.entry.placed)
     precision = search.problem.rows.known.precision[: search.problem.beta.count]
     price = price_of_parameters(precision, without.posterior, found.posterior)
-    possible, left = log_possible(search.problem, found, number), left_beside(search.problem, found, number)
-    member = found.members[number]
+    member, left = found.members[number], left_beside(search.problem, found, number)
+    possible = search.problem.friction.log_possible(found.members, found.posterior, own[1])
     alone, form = held.alone(found, number), form_error(member.candidate.family.rough, member.is_friction)
     unknown = odds_of_no_name(alone, seen, price, possible, left, form)
     unknown = max(unknown, free_law(search.problem, searched, number))

@@ -2,10 +2,7 @@
 
 It looks on the rows that were fitted like the name that comes nearest, and has its evidence there; of what
 that name predicts of other motion any share may be there. Several names can describe it together, one against
-the other: a power of the speed, and less Coulomb friction than none. Forms that describe a law may have any
-size, but friction takes power from a drive and gives none. So the names of a drive have the probability that
-its dry and its viscous friction, of the model and of all members together, are not below nothing, and what
-has no name does not need it.
+the other; that sizes of friction are possible (:mod:`.possible`) what has no name does not need.
 
 A name that is there leaves about what a model leaves without any change. One that only comes nearest may
 imitate what is there as well as that, and may leave any part of it.
@@ -13,20 +10,13 @@ imitate what is there as well as that, and may leave any part of it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol
-
 import numpy as np
-from scipy.special import log_ndtr
 
 from ident.discrepancy.by_evidence.decide.left_over import misfit_of, own_joint, torque_of
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
-from ident.discrepancy.by_evidence.evidence.known import Beta
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
 from ident.discrepancy.confirmation import Shown
-from ident.effects.usual import FRICTION
-from ident.parameters.base import BaseParameters
 from robots.arrays import FloatArray
 
 NO_NAME = "something without a name"
@@ -67,7 +57,7 @@ def odds_of_no_name(
         alone: of the name's torque on other motion, how much is there.
         refitted: of what the set predicts otherwise than the set without the name.
         price: nats (:func:`price_of_parameters`).
-        possible: log probability that the sizes of names are possible (:func:`log_possible`).
+        possible: log probability that the sizes of names are possible (:mod:`.possible`).
         left: nats of what stays unexplained (:func:`left_beside`).
         form: share of the name's torque by which it may be another on other motion (:func:`form_error`).
     """
@@ -143,57 +133,3 @@ def nats_of_left(misfit: FloatArray, accepted: FloatArray, explains: FloatArray)
     none = usual_at**away.size
     at_some = (np.prod(usual_at + _AT_A_JOINT * more) - none) / (1.0 - none)
     return float(np.log(_IMITATED + (1.0 - _IMITATED) * at_some))
-
-
-class OfModel(Protocol):
-    """What is asked of a :class:`ident.discrepancy.by_evidence.decide.problem.Problem`."""
-
-    @property
-    def base(self) -> BaseParameters: ...
-
-    @property
-    def beta(self) -> Beta: ...
-
-
-def log_possible(model: OfModel, found: Found, number: int) -> float:
-    """Log probability that dry and viscous friction of a member's drive are not below nothing.
-
-    Each is a sum of parameters of the model and of members, so it is normal by the posterior of them all.
-    It is asked where a member changes it: beside others the model's own may be a little wrong.
-
-    Args:
-        model: under examination.
-        found: the set.
-        number: of the member.
-    """
-    joints = found.members[number].candidate.key[1]
-    if len(joints) != 1:
-        return 0.0
-    scale = np.concatenate([one.entry.white.scale for one in found.members])
-    symbols = [
-        parameter.symbol if member.candidate.key[1] == joints else ""
-        for member in found.members
-        for parameter in member.entry.placed.parameters
-    ]
-    total = 0.0
-    for usual, changes in FRICTION:
-        along = np.where(np.isin(symbols, changes), scale, 0.0)
-        if along.any():
-            size, of_known = _of_model(model, found.posterior.known, usual, joints[0])
-            whole = np.concatenate([of_known, along])
-            deviation = np.sqrt(whole @ found.posterior.covariance @ whole)
-            total += float(log_ndtr((size + along @ found.posterior.theta) / deviation))
-    return total
-
-
-def _of_model(
-    model: OfModel, known: FloatArray, usual: Mapping[str, float], drive: int
-) -> tuple[float, FloatArray]:
-    """A sum of usual parameters of a drive, and what it is made of the known factors (k,)."""
-    base, beta = model.base, model.beta
-    shares = np.array(
-        [usual.get(one.symbol, 0.0) if one.joint == drive else 0.0 for one in base.model.parameters]
-    )
-    standard = base.standard_from(beta.mean(known), base.model.prior())
-    of_beta = shares @ np.linalg.lstsq(base.relation, beta.spread, rcond=None)[0]
-    return float(shares @ standard), np.pad(of_beta, (0, known.size - beta.count))

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ident.discrepancy.by_evidence.decide.possible import UsualFriction
 from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.evidence.kappa import Misfit, fitted
 from ident.discrepancy.by_evidence.evidence.known import Beta, known_columns
@@ -61,6 +62,11 @@ class Problem:
     @property
     def prepared(self) -> Prepared:
         return self.rows.prepared
+
+    @cached_property
+    def friction(self) -> UsualFriction:
+        """Of the drives, that no set may bring below nothing."""
+        return UsualFriction.of(self.base, self.beta)
 
     @cached_property
     def uncoupled(self) -> frozenset[int]:

@@ -62,17 +62,19 @@ class Found:
         level: of the misfit.
         score: log evidence with the prior of κ and s.
         posterior: of known factors and θ.
+        possible: log probability that friction of the drives is not below nothing (:mod:`.possible`).
     """
 
     members: tuple[Member, ...]
     level: Level
     score: float
     posterior: Posterior
+    possible: float = 0.0
 
     @property
     def log_evidence(self) -> float:
-        """Shapes and κ counted in."""
-        return self.score + sum(member.volume for member in self.members)
+        """Shapes, κ and impossible sizes counted in."""
+        return self.score + self.possible + sum(member.volume for member in self.members)
 
     @property
     def log_posterior(self) -> float:
@@ -118,4 +120,5 @@ def found_set(problem: Problem, members: Sequence[Member], level: Level, joints:
     """Fit a set, the misfit of some joints anew."""
     gram = Gram(problem.rows, tuple(member.entry.white for member in members))
     score, level, posterior = fitted(gram, level, joints, problem.misfit)
-    return Found(tuple(members), level, score, posterior)
+    possible = problem.friction.log_possible(members, posterior)
+    return Found(tuple(members), level, score, posterior, possible)

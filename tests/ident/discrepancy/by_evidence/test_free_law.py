@@ -28,15 +28,19 @@ Course = Callable[[np.ndarray], np.ndarray]
 
 
 def eddy(share: np.ndarray) -> np.ndarray:
-    """An eddy-current brake, strongest at a fifth of the fastest speed."""
-    x = share / 0.2
-    return np.asarray(30.0 * 2.0 * x / (1.0 + x * x))
+    """An eddy-current brake, strongest at half the fastest speed."""
+    x = share / 0.5
+    return np.asarray(100.0 * 2.0 * x / (1.0 + x * x))
 
 
 def of_two_names(share: np.ndarray) -> np.ndarray:
     """Friction that falls with speed, and some that grows with a power of it."""
     falls, grows = np.exp(-((share / 0.15) ** 2)), np.abs(share) ** 0.3
     return np.asarray(np.sign(share) * (40.0 * falls + 100.0 * grows))
+
+
+def of_a_power(share: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sign(share) * 100.0 * np.abs(share) ** 0.3)
 
 
 def searched_for(course: Course, names: tuple[str, ...] = LAWS) -> tuple[Search, Searched]:
@@ -48,7 +52,9 @@ def searched_for(course: Course, names: tuple[str, ...] = LAWS) -> tuple[Search,
 
 
 @pytest.mark.parametrize(("course", "has_a_name"), [(eddy, False), (of_two_names, True)])
-def test_several_names_of_one_law_are_as_likely_as_two_effects(course: Course, has_a_name: bool) -> None:
+def test_several_names_of_one_law_are_as_likely_as_a_law_without_one_says(
+    course: Course, has_a_name: bool
+) -> None:
     search, searched = searched_for(course)
     found = searched.found
     assert {one.candidate.family.name for one in found.members} == set(LAWS)
@@ -77,11 +83,18 @@ def test_what_is_less_than_an_accepted_model_leaves_is_no_law_of_its_own() -> No
     assert 0.02 < left < 0.1 and odds(0.1 * left) > 10.0 and odds(left) < 0.0
 
 
-def test_one_name_is_asked_by_what_it_leaves() -> None:
-    """A real drive's friction is no name to its last digit."""
-    search, searched = searched_for(eddy, LAWS[1:])
+@pytest.mark.parametrize(("course", "has_a_name"), [(eddy, False), (of_a_power, True)])
+def test_one_name_is_as_likely_as_a_law_without_one_says(course: Course, has_a_name: bool) -> None:
+    """An eddy-current brake was a power of the speed, 0.96, though its form was far off."""
+    search, searched = searched_for(course, LAWS[1:])
     assert len(searched.found.members) == 1
-    assert free_law(search.problem, searched, 0) == -np.inf
+    odds = free_law(search.problem, searched, 0)
+    assert (odds < -3.0) if has_a_name else (odds > 3.0)
+
+
+def test_what_is_no_law_of_the_speed_has_none_in_its_place() -> None:
+    search, searched = searched_for(of_a_power, ("position_dependent_friction",))
+    assert [free_law(search.problem, searched, k) for k in range(len(searched.found.members))] == [-np.inf]
 
 
 def test_a_free_law_is_smooth_over_the_logarithm_of_the_speed() -> None:

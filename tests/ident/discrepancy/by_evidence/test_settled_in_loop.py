@@ -310,8 +310,9 @@ def test_drives_hold_at_standstill_as_fitted_recordings_show_it() -> None:
     def validated(validation: Validation) -> None:
         raise Asked(validation.prepared, validation.whitening, validation.standstill)
 
-    first = SimpleNamespace(examination=SimpleNamespace(whitening="noise"))
-    course = SimpleNamespace(first=first, validated=validated)
+    first = SimpleNamespace(examination=SimpleNamespace(of_noise="noise with all that does not repeat"))
+    moving = SimpleNamespace(examination=SimpleNamespace(of_noise="noise"))
+    course = SimpleNamespace(first=first, moving=moving, validated=validated)
     for beside_nothing, beside_found, asked in (
         ("plain", None, "plain"),
         ("plain", "found", "found"),

@@ -220,7 +220,6 @@ def asked(
         law: log odds of any law of the speed against the names that are laws of it.
     """
     monkeypatch.setattr(names, "free_law", lambda *given: law)
-    monkeypatch.setattr(names, "log_possible", lambda *given: possible)
     monkeypatch.setattr(names, "left_beside", lambda *given: 0.0)
     family = SimpleNamespace(contains=(), rough=rough)
     candidates = [SimpleNamespace(key=key, family=family) for key in (other, OWN)]
@@ -231,7 +230,11 @@ def asked(
     with_rival = SimpleNamespace(log_posterior=rival)
     known = SimpleNamespace(precision=np.ones(2))
     search: Any = SimpleNamespace(
-        problem=SimpleNamespace(rows=SimpleNamespace(known=known), beta=SimpleNamespace(count=1)),
+        problem=SimpleNamespace(
+            rows=SimpleNamespace(known=known),
+            beta=SimpleNamespace(count=1),
+            friction=SimpleNamespace(log_possible=lambda *given: possible),
+        ),
         elsewhere=SimpleNamespace(same=lambda *given: same, adds=lambda *given: adds),
         replaced=lambda without, others: [
             with_rival if one is listed[0] else SimpleNamespace(log_posterior=own) for one in others
