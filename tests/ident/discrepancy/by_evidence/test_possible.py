@@ -88,12 +88,7 @@ def possible(
         taken: correlation of that, less one another, with the first parameter.
     """
     members, posterior = members_of(sizes, places, correlation, doubt, taken)
-    drives = places[0] if places else DRIVE
-    return (
-        FRICTION.log_possible(members, posterior, *drives[:1])
-        if drives
-        else FRICTION.log_possible(members, posterior)
-    )
+    return FRICTION.log_possible(members, posterior, places[0] if places else DRIVE)
 
 
 def members_of(
