@@ -614,10 +614,24 @@ RULES = (
         ("tests/ident/discrepancy/by_evidence/test_settled_in_loop.py",),
     ),
     Broken(
+        "sizes are fitted in the noise of all that was found",
+        f"{_BY}in_motion.py",
+        "            [one.linear for one in found],\n",
+        "            [],\n",
+        ("tests/ident/discrepancy/by_evidence/test_without_size.py",),
+    ),
+    Broken(
+        "what was found is no noise",
+        "ident/discrepancy/step.py",
+        "np.concatenate([examination.beta, *sizes])",
+        "np.concatenate([examination.beta, *(0.0 * one for one in sizes)])",
+        ("tests/ident/discrepancy/test_refit.py",),
+    ),
+    Broken(
         "a model's own noise is what does not repeat beside it",
         "ident/discrepancy/examination.py",
-        "        if not self.repeats:\n            return self.whitening\n",
-        "        return self.whitening\n",
+        "return self.by(self.noise) if self.repeats else self.whitening",
+        "return self.whitening",
         ("tests/ident/discrepancy/test_examination.py",),
     ),
     Broken(

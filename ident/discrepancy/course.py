@@ -17,6 +17,7 @@ from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Finding
 from ident.discrepancy.step import LoopStep, Step
 from ident.discrepancy.validation import LoopRun, Validation
+from robots.arrays import FloatArray
 
 
 @dataclass
@@ -43,8 +44,19 @@ class Course:
     def begun(cls, prepared: tuple[PreparedRecording, ...], first: Step) -> Course:
         return cls(prepared, first, first, first)
 
-    def take(self, components: Sequence[Component], bases: Sequence[Basis]) -> None:
-        """Fit what was found, all of it together, and go on with a model that has it."""
+    def take(
+        self, components: Sequence[Component], bases: Sequence[Basis], sizes: Sequence[FloatArray] = ()
+    ) -> None:
+        """Fit what was found, all of it together, and go on with a model that has it.
+
+        Args:
+            components: with their shapes.
+            bases: what each was settled for on.
+            sizes: of each, where they are about known: what does not repeat beside these is noise.
+        """
+        if sizes:
+            examination, present = self.first.examination, self.first.present
+            self.first = self.first.beside([one.effect(examination, present) for one in components], sizes)
         refined = refit(self.first.examination, components, self.first.present)
         robot = self.first.base.model.robot
         pairs = enumerate(zip(components, bases, strict=True))

@@ -157,9 +157,11 @@ class Examination:
         What one model takes for noise another explains where it does not repeat: a brake that rubs now and
         then, the warmth of a drive.
         """
-        if not self.repeats:
-            return self.whitening
-        return autoregressive_whitening(self.noise, self.segment, self.used, 0)
+        return self.by(self.noise) if self.repeats else self.whitening
+
+    def by(self, noise: FloatArray) -> Whitening:
+        """Of noise that was told from repeats, rows × joints."""
+        return autoregressive_whitening(noise, self.segment, self.used, 0)
 
     def left_of(self, columns: FloatArray) -> FloatArray:
         """What the present model, fitted with its instruments, leaves of columns (N, p)."""
@@ -214,7 +216,7 @@ def examine(
     torque = np.concatenate([piece.torque for piece in prepared])
     regressor, instruments = regressors(prepared, base)
     beta = _first_fit(torque, regressor, used, segment, prior)
-    noise, repeats = _noise(prepared, base, beta)
+    noise, repeats = noise_of(prepared, base, beta)
     if whitening is None:
         if repeats:
             whitening = autoregressive_whitening(noise, segment, used, 0)
@@ -255,7 +257,7 @@ def with_prior(
     return np.concatenate([y, target]), np.concatenate([x, rows]), np.concatenate([z, rows])
 
 
-def _noise(
+def noise_of(
     prepared: Sequence[PreparedRecording], base: BaseParameters, beta: FloatArray
 ) -> tuple[FloatArray, bool]:
     """Rows × joints of torque noise, N·m, and whether it was told from repeats of the trajectory."""

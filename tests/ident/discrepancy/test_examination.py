@@ -26,9 +26,9 @@ def test_noise_is_what_does_not_repeat_beside_this_model() -> None:
     """The search's own rows go by that beside the model without any effect; where nothing repeats all do."""
     random = np.random.default_rng(0)
     noise, used = random.normal(0.0, 0.2, (400, 1)), np.ones((400, 1), dtype=np.bool_)
-    rows = SimpleNamespace(
-        repeats=True, whitening="first", noise=noise, segment=np.zeros(400, dtype=np.int64), used=used
-    )
+    segment = np.zeros(400, dtype=np.int64)
+    rows = SimpleNamespace(repeats=True, whitening="first", noise=noise, segment=segment, used=used)
+    rows.by = lambda noise: Examination.by(rows, noise)  # type: ignore[arg-type]
     of_noise = Examination.of_noise.func  # type: ignore[attr-defined]
     assert of_noise(rows).sigma == pytest.approx([0.2], rel=0.1)
     rows.repeats = False

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import robots
+from drivers.simulated import draw_truth
 from drivers.simulated.scenario import Scenario
 from ident import RegressorModel
 from ident.discrepancy import Question
@@ -96,3 +97,23 @@ def test_friction_of_a_load_is_that_of_the_payload_too() -> None:
     for one in (payload, friction):
         assert one.confirmation.torque.share == pytest.approx(1.0, abs=0.1)
         assert np.allclose(one.gap.after, validation.gap(course.first, course.step).after)
+
+
+def test_a_drag_that_comes_at_other_times_in_each_period_is_found_whole() -> None:
+    """It is noise to a model without it, and in rows that are white by that it had half of its size."""
+    drag, shape = draw_truth(ROBOT, 77).parameters["Fc2"], (3.7, 0.35, 0.0)
+    scenario = hidden({"dragging_brake": [{"drive": 2, "rise": 1.0, "period": 3.7, "share": 0.35}]})
+    fit, held = (recorded(ROBOT, 77, scenario, motion, 2 + motion, 8.0) for motion in (0, 1))
+    question = Question(ROBOT, (fit,), (held,), ())
+    component = Component(family_named("dragging_brake"), Place("drive", (1,)), shape)
+    basis = [Basis(0.0, 100.0, 2.2, 1.0, (), ())]
+    courses = [course_of(question) for _ in range(2)]
+    courses[0].take([component], basis)
+    courses[1].take([component], basis, [np.array([drag])])
+    without, beside = (one.first.examination.whitening.sigma for one in courses)
+    assert beside[1] < 0.6 * without[1]
+    assert np.delete(beside, 1) == pytest.approx(np.delete(without, 1), rel=0.01)
+    found = courses[1].findings[0]
+    assert found.linear == pytest.approx([drag], abs=3.0 * found.linear_sigma[0])
+    assert found.linear_sigma[0] < 0.01 * drag
+    assert courses[0].findings[0].linear[0] < 0.7 * drag

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from ident.discrepancy.by_evidence.confirm.borne_out import Refuted
 from ident.discrepancy.by_evidence.confirm.held_out import Confirmation
 from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot
@@ -72,6 +74,11 @@ class EvidenceFinding:
     def joints(self) -> tuple[int, ...]:
         """From 1."""
         return tuple(joint + 1 for joint in self.placed.place.joints)
+
+    @property
+    def linear(self) -> FloatArray:
+        """(p,) its linear parameters."""
+        return np.array([one.value for one in self.parameters if not one.shape])
 
     @property
     def probability(self) -> float:

@@ -17,7 +17,7 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
 ) -> None:
     """Met on a drawn log after a refit: the evidence had names, the fit of their sizes had no columns."""
 
-    def take(components: object, bases: object) -> None:
+    def take(components: object, bases: object, sizes: object) -> None:
         raise ArithmeticError("the effects have no columns beyond the present model")
 
     monkeypatch.setattr(in_motion, "component_of", lambda robot, placed: None)
@@ -43,6 +43,7 @@ def named(words: str, something: float = 1.0) -> SimpleNamespace:
         names=names,
         unsure="",
         doubt="",
+        linear=f"size of {words}",
     )
 
 
@@ -57,11 +58,15 @@ def test_an_effect_without_rows_takes_no_name_from_the_others(
     monkeypatch.setattr(in_motion, "partialled", lambda _, words: None if words == "offset" else words)
     model = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
     first = SimpleNamespace(base=model.base, examination=None, present=None)
-    take = lambda components, bases: taken.extend(one.effect() for one in components)  # noqa: E731
+
+    def take(components: list[Any], bases: object, sizes: list[str]) -> None:
+        taken.extend(one.effect() for one in components)
+        taken.extend(sizes)
+
     answer: Any = SimpleNamespace(findings=[named("offset"), named("lag"), named("play", 0.85)])
     course: Any = SimpleNamespace(take=take, first=first, step=model, findings=[])
     nobody: Any = None
     with caplog.at_level(logging.WARNING):
         in_motion.found_in_motion(course, answer, nobody)
-    assert taken == ["lag"]
+    assert taken == ["lag", "size of lag"]
     assert "offset: the rows" in caplog.text
