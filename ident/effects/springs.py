@@ -20,7 +20,7 @@ from ident.effects.placed import (
     joint_row,
     torque_unit,
 )
-from ident.effects.scales import rated_torque, travel, way
+from ident.effects.scales import rated_torque, way
 from ident.effects.simulated import PositionTorque, SimulatedParts, Table
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -110,8 +110,9 @@ def _cable_spring(
     law, parts = _over_position(robot, place, (lambda q: q - rest, lambda q: (q - rest) ** 3))
     torque, angle = torque_unit(robot, place), angle_unit(robot, place)
     symbols = ("cable", "stiffening")
-    torque_there = rated_torque(robot, place)
-    scale = (_CABLE * torque_there / way(robot, place), _STIFFENED * torque_there / travel(robot, place) ** 3)
+    # Not at the end of the travel: it may hang free of half a turn, and be as hard where the arm moves.
+    torque_there, bent = rated_torque(robot, place), way(robot, place)
+    scale = (_CABLE * torque_there / bent, _STIFFENED * torque_there / bent**3)
     return (
         Parameters(symbols, (f"{torque}/{angle}", f"{torque}/{angle}³"), (POSITIVE, POSITIVE), scale),
         law,
