@@ -155,6 +155,10 @@ class Present:
 
     def gravity_torque(self, position: FloatArray, gravity: FloatArray) -> FloatArray:
         """Torque that holds the links against a gravity (3,), m/s² in the base: samples × joints."""
+        chain = self._chain
+        if chain is not None:
+            still = np.zeros_like(position)
+            return chain_torque(chain, self._link_parameters(), gravity, position, still, still)
         model = self._links()
         model.gravity.linear = gravity
         data = model.createData()

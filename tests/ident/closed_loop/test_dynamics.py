@@ -13,6 +13,8 @@ from ident.effects.chain import chain_frames
 from ident.effects.link_columns import link_columns
 from ident.kernels.friction import WORK_ROWS, friction, implicit_step
 from ident.kernels.rigid_bodies import is_positive_definite, mass_and_bias
+from ident.parameters.present import Present
+from ident.parameters.regressor import RegressorModel
 
 
 def random_chain(seed: int) -> pinocchio.Model:
@@ -99,6 +101,20 @@ def test_columns_of_links_are_those_of_pinocchio(name: str) -> None:
         columns = np.zeros((20, n, 10 * (n - first)))
         link_columns(frames, gravity, *motion, first, columns)
         np.testing.assert_allclose(columns, expected[:, :, 10 * first :], rtol=1e-11, atol=1e-11)
+
+
+def test_another_gravity_is_held_as_pinocchio_holds_it() -> None:
+    """As a tilted base has it."""
+    usual = RegressorModel.of(robots.load("tx40"))
+    present = Present(usual, usual.prior())
+    gravity = np.array([1.0, -2.0, -9.0])
+    position = np.random.default_rng(6).normal(size=(20, 6))
+    model = present._links()
+    model.gravity.linear = gravity
+    data = model.createData()
+    expected = [pinocchio.computeGeneralizedGravity(model, data, q) for q in position]
+    np.testing.assert_allclose(present.gravity_torque(position, gravity), expected, atol=1e-11)
+    assert np.abs(expected).max() > 10.0
 
 
 def test_a_branched_model_has_no_chain() -> None:
