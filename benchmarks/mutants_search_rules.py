@@ -436,6 +436,13 @@ RULES = (
         "-possible",
     ),
     Broken(
+        "more than twice is as far from all of it as so much less",
+        "ident/discrepancy/confirmation.py",
+        "share = 2.0 - self.share if self.exceeded else self.share",
+        "share = self.share",
+        ("tests/ident/discrepancy/test_confirmation.py",),
+    ),
+    Broken(
         "names of one law of the speed are compared with a free one",
         f"{_BY}decide/names.py",
         "unknown = max(unknown, free_law(search.problem, searched, number))",

@@ -84,10 +84,14 @@ class Shown:
 
     @property
     def nats_of_no_name(self) -> float:
-        """For something that is only like the finding, against it: of such a thing any share may be there."""
+        """For something that is only like the finding, against it: of such a thing any share may be there.
+
+        More than twice, told at 95 %, is as far from all of it as so much less.
+        """
         if self.sigma == 0.0:
             return 0.0
-        low, high = -self.share / self.sigma, (1.0 - self.share) / self.sigma
+        share = 2.0 - self.share if self.exceeded else self.share
+        low, high = -share / self.sigma, (1.0 - share) / self.sigma
         density = -0.5 * high**2 - np.log(self.sigma * np.sqrt(2.0 * np.pi))
         # On the side on which the difference keeps its digits.
         low, high = (low, high) if low + high < 0.0 else (-high, -low)
