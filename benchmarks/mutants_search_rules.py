@@ -438,7 +438,7 @@ RULES = (
     Broken(
         "more than twice is as far from all of it as so much less",
         "ident/discrepancy/confirmation.py",
-        "share = 2.0 - self.share if self.exceeded else self.share",
+        "share = self.as_much_less.share if self.exceeded else self.share",
         "share = self.share",
         ("tests/ident/discrepancy/test_confirmation.py",),
     ),

@@ -90,7 +90,7 @@ class Shown:
         """
         if self.sigma == 0.0:
             return 0.0
-        share = 2.0 - self.share if self.exceeded else self.share
+        share = self.as_much_less.share if self.exceeded else self.share
         low, high = -share / self.sigma, (1.0 - share) / self.sigma
         density = -0.5 * high**2 - np.log(self.sigma * np.sqrt(2.0 * np.pi))
         # On the side on which the difference keeps its digits.
@@ -109,8 +109,12 @@ class Shown:
         Args:
             form: of the finding, as a share (:meth:`to_form`).
         """
-        as_much_less = Shown(1.0 - abs(self.share - 1.0), self.sigma)
-        return max(0.0, as_much_less.to_form(form).nats_of_no_name)
+        return max(0.0, self.as_much_less.to_form(form).nats_of_no_name)
+
+    @property
+    def as_much_less(self) -> Shown:
+        """Where more than all of it is there, what is as far from all of it on the other side."""
+        return Shown(1.0 - abs(self.share - 1.0), self.sigma)
 
     @property
     def exceeded(self) -> bool:

@@ -3,9 +3,9 @@
 A power of the speed, friction that falls with it and a little less dry friction are together nearly any
 friction there is: an eddy-current brake, of which each name's probability was 0.96; and a power alone was
 another with 0.96, of which other motion showed 76 %. So all members of a set that are laws of one speed are
-compared with a single odd function of it, normal and smooth over ln|q̇|, as
-large as they are before any data (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006: its
-evidence is that of a linear model in the directions of its covariance).
+compared with a single odd function of it, normal and smooth over ln|q̇|, as large as they are before any data
+(Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006: its evidence is that of a linear model
+in the directions of its covariance).
 """
 
 from __future__ import annotations
