@@ -487,8 +487,38 @@ RULES = (
     Broken(
         "of eleven effects one has no name",
         f"{_BY}decide/no_name.py",
-        "float(np.log(OUTSIDE)) + left",
+        "float(np.log(outside)) + left",
         "left",
+    ),
+    Broken(
+        "what explains no more than an arm leaves is as likely as not what has no name",
+        f"{_BY}decide/no_name.py",
+        "OUTSIDE if torque[joint] > usual_at(problem, found, joint) else _AS_NOT",
+        "OUTSIDE",
+    ),
+    Broken(
+        "what is quicker than noise is no more misfit than all that is left",
+        f"{_BY}decide/left_over.py",
+        "np.minimum(noise**2 * (found.level.excess**2 - 1.0), np.maximum(whole**2 - noise**2, 0.0))",
+        "noise**2 * (found.level.excess**2 - 1.0)",
+    ),
+    Broken(
+        "a motion that repeats did so before the record",
+        "ident/effects/state.py",
+        "if self.period is not None and self.period < series.shape[0]:",
+        "if False:",
+    ),
+    Broken(
+        "a motion goes on before the record as it began",
+        "ident/effects/gear_state.py",
+        "        series = state.with_before(series, FORGOTTEN)\n",
+        "        pass\n",
+    ),
+    Broken(
+        "a foot is turned by an arm that rocks with it",
+        "ident/effects/base_compliance.py",
+        "            moment = torque[:, :AXES] - turned * rocking[:, 2]\n",
+        "",
     ),
     Broken(
         "names have sizes that are possible, forms of something without a name any",
@@ -499,7 +529,7 @@ RULES = (
     Broken(
         "what stays unexplained beside a name speaks for something without a name",
         f"{_BY}decide/no_name.py",
-        "float(np.log(OUTSIDE)) + left + ",
+        "float(np.log(outside)) + left + ",
         "float(np.log(OUTSIDE)) + ",
     ),
     Broken(
@@ -529,7 +559,7 @@ RULES = (
     Broken(
         "forms of what rows hold the most of alone are less sure",
         f"{_BY}decide/names.py",
-        "price, possible, left, form)",
+        "price, possible, left, form, outside)",
         "price, possible, left)",
     ),
     Broken(
@@ -937,7 +967,7 @@ RULES = (
     ),
     Broken(
         "what stays unexplained counts where it is above the accepted misfit",
-        f"{_BY}workflow.py",
+        f"{_BY}decide/left_over.py",
         "return max(float(misfit_of(problem, found)[joint]), accepted) if above > ABOVE else accepted",
         "return accepted",
     ),

@@ -151,7 +151,8 @@ def prepared_recording(
         everything = everything.model_copy(update={"torque_filter": smooth})
     torque = observed_torque(robot, recording, everything, as_rows=True)
     carried = torque + load_torque(robot, recording, everything)
-    state = State(whole.position, whole.velocity, whole.acceleration, time, carried, recording.load)
+    motion_of = whole.position, whole.velocity, whole.acceleration
+    state = State(*motion_of, time, carried, recording.load, period)
     measured = _part(state, keep)
     kept_time = time[keep]
     return PreparedRecording(
@@ -221,7 +222,7 @@ def _part(state: State, keep: slice) -> State:
     position, velocity, acceleration = (
         part[keep] for part in (state.position, state.velocity, state.acceleration)
     )
-    return State(position, velocity, acceleration, time, torque, state.load)
+    return State(position, velocity, acceleration, time, torque, state.load, state.period)
 
 
 def _from_other_periods(state: State, period: int) -> State:

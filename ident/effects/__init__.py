@@ -15,9 +15,10 @@ if TYPE_CHECKING:
         RotorInertia,
         ViscousFriction,
     )
-    from ident.effects.family import Effect, State
+    from ident.effects.family import Effect
     from ident.effects.rigid_body import RigidBody
     from ident.effects.speed_term import FrictionSign, HasSpeedTerms, SpeedTerm, speed_columns
+    from ident.effects.state import State
     from ident.effects.wrist_coupling import WristCoupling
 
 __all__ = [

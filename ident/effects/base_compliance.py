@@ -4,8 +4,10 @@ The foot turns about the axes x and y of its base by angles φ that follow from 
 
     (J + I(q)) φ̈ + D φ̇ + φ / c = −N(q, q̇, q̈)
 
-with the inertias J of the foot and I of the arm about the axis, N the moment that the motion takes of a base
-that stands still, and the compliance c. The joints then turn on a base that leans and is accelerated. It is
+with the inertias J of the foot and I of the arm about the axis, the compliance c, and N the moment that the
+motion takes of the base, less that of I: of one that stands still first, then of one that rocks as was found
+with that (what a turning foot, an arm in motion and gravity make of each other: left out it was a tenth of a
+foot's torque that rings). The joints then turn on a base that leans and is accelerated. It is
 the slowest oscillation of many cells (pedestals, gantries, mobile platforms), and each joint alone would be
 called an elastic gear. Turning about z cannot be told from an elastic gear of a joint that is upright on it.
 """
@@ -15,11 +17,12 @@ from __future__ import annotations
 import numpy as np
 
 from ident.effects.chain import chain_frames
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.foot import AXES, FootSpring, inertia_on_foot
 from ident.effects.gear_state import finer, lag_between_samples
 from ident.effects.placed import Family, Law, Parameters, Parts
 from ident.effects.simulated import SimulatedParts
+from ident.effects.state import State
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -33,6 +36,8 @@ _OWN, _MOST = 0.5, 4.0
 """Inertia of the foot itself over that of the described arm on it, where it is searched from, and at most."""
 _ABOUT = ((0,), (1,), (0, 1))
 """Axes of the foot that give way, by the number that says so."""
+_ROUNDS = 3
+"""In which the moment that the foot feels is that of an arm that rocks with it."""
 _FEWEST_TURNING = 2
 """Joints that turn: of a single axis the moment on its foot is not known."""
 _LEAST = 0.01
@@ -59,13 +64,17 @@ def _make(
             return np.zeros((samples, n, 1))
         rigid, turned = state.once(present, "foot", lambda: _on_firm_ground(present, state))
         step = float(state.time[1] - state.time[0])
-        rocking = np.zeros((samples, 3, AXES))
-        for axis in axes:
-            # The foot leans the way that the arm pushes it.
-            series = finer(np.maximum(turned[:, axis], _LEAST * inertia[axis]) + own, -rigid[:, axis])
-            lean = lag_between_samples(series, step, 1.0 / compliance, float(damping[axis]), 0.0)
-            rocking[:, :, axis] = np.stack(lean, axis=1)
-        return (present.foot_torque(state, rocking) - rigid)[:, AXES:, np.newaxis]
+        rocking, moment = np.zeros((samples, 3, AXES)), rigid[:, :AXES]
+        for _ in range(_ROUNDS):
+            for axis in axes:
+                # The foot leans the way that the arm pushes it.
+                turning = np.maximum(turned[:, axis], _LEAST * inertia[axis]) + own
+                course, damped = finer(turning, -moment[:, axis], state), float(damping[axis])
+                lean = lag_between_samples(course, step, 1.0 / compliance, damped, 0.0)
+                rocking[:, :, axis] = np.stack(lean, axis=1)
+            torque = present.foot_torque(state, rocking)
+            moment = torque[:, :AXES] - turned * rocking[:, 2]
+        return (torque - rigid)[:, AXES:, np.newaxis]
 
     def parts(values: FloatArray) -> SimulatedParts:
         softer = max(float(values[0]), 0.0) * compliance

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import ANY, Family, Law, Parameters, Parts, along, angle_unit, torque_unit
 from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.state import State
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot

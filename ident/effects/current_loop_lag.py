@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.placed import (
     POSITIVE,
     Family,
@@ -16,6 +16,7 @@ from ident.effects.placed import (
     rate,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.gear_load import GearLoad, at_once, late_form
 from ident.effects.placed import (
     ANY,
@@ -20,6 +20,7 @@ from ident.effects.placed import (
     each_drive,
 )
 from ident.effects.simulated import SimulatedParts
+from ident.effects.state import State
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot

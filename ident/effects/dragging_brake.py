@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     POSITIVE,
     Family,
@@ -27,6 +27,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import dry_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.state import State
 from ident.effects.usual import friction_sign
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.hysteresis import deflection
 from ident.effects.placed import (
     ANY,
@@ -27,6 +27,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import rated_torque, way
 from ident.effects.simulated import Bristle, FrictionTorque, PositionTorque, SimulatedParts, Table
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 

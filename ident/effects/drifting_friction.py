@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     ANY,
     Family,
@@ -31,6 +31,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import dry_friction, friction_power, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.state import State
 from ident.effects.usual import friction_sign
 from ident.effects.warming import Warming
 from robots.arrays import FloatArray

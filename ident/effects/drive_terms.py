@@ -8,8 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from ident.effects.family import Place, StandardParameter, State
+from ident.effects.family import Place, StandardParameter
 from ident.effects.speed_term import FrictionSign, SpeedTerm, speed_columns
+from ident.effects.state import State
 from robots import unit_of
 from robots.arrays import FloatArray
 from robots.description import Robot

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pinocchio
 
-from ident.effects.family import Place, PresentModel, Shape, State
-from ident.effects.gear_state import finer, lag_between_samples
+from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.gear_state import Course, finer, lag_between_samples
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     Family,
@@ -20,6 +20,7 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.simulated import GearSpring, SimulatedParts
+from ident.effects.state import State
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -92,21 +93,19 @@ def gear_columns(
             return np.zeros((*state.position.shape, 1))
         rigid = present.link_torque(state)
 
-        def series() -> FloatArray:
+        def course() -> Course:
             inertia = inertia_along(present.link_mass_matrix(state.position), back, described)
             load = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
-            return finer(inertia, load)
+            return finer(inertia, load, state)
 
-        fine = state.once(present, (drive, offset_at_link), series)
+        fine = state.once(present, (drive, offset_at_link), course)
         step = float(state.time[1] - state.time[0])
         # The link lags behind a drive that pushes it.
         lag, rate, push = lag_between_samples(fine, step, stiffness, damping, gap, cubic)
-        moved = State(
+        moved = state.moved(
             state.position - np.outer(lag, back),
             state.velocity - np.outer(rate, back),
             state.acceleration - np.outer(push, back),
-            state.time,
-            load=state.load,
         )
         change = (present.link_torque(moved) - rigid)[:, :, np.newaxis]
         # What a spring makes of a filtered motion is filtered; impacts are not.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     ANY,
     Family,
@@ -22,6 +22,7 @@ from ident.effects.placed import (
     each_drive,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts, Table
+from ident.effects.state import State
 from ident.effects.torque_ripple import waves_per_period
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -52,12 +53,10 @@ def _make(
         phase, rate = waves * (state.position @ row) + quarter, waves * (state.velocity @ row)
         error, speed = step * np.sin(phase), step * np.cos(phase) * rate
         change = step * np.cos(phase) * waves * (state.acceleration @ row) - error * rate**2
-        true = State(
+        true = state.moved(
             state.position - np.outer(error, back),
             state.velocity - np.outer(speed, back),
             state.acceleration - np.outer(change, back),
-            state.time,
-            load=state.load,
         )
         return (present.torque(true) - recorded) / step
 

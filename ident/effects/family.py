@@ -5,19 +5,14 @@ The search walks over families, places and shapes; each is an effect as regresso
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable
-from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol, TypeVar
-
-import numpy as np
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Literal, Protocol
 
 from ident.effects.entry import joint_words
+from ident.effects.state import State
 from robots.arrays import FloatArray
-from robots.carried import Load
 from robots.description import Robot
-from robots.identity_cache import IdentityCache
-
-Made = TypeVar("Made")
 
 Scope = Literal["joint", "joint_pair", "drive", "tool", "base", "arm"]
 
@@ -70,39 +65,6 @@ class StandardParameter:
     def is_usual(self, symbols: Collection[str]) -> bool:
         """Whether it has one of these symbols and is no second one, found beside it."""
         return self.copy == 1 and self.symbol in symbols
-
-
-@dataclass(frozen=True)
-class State:
-    """The motion at which torques are asked for: q, q̇, q̈, each samples × joints, rad (or m) and s.
-
-    ``time`` (samples,) is the time since the arm was switched on or the first recording began, s. Effects
-    with a history (drift, elasticity) need it and even samples in order; others look at each sample alone.
-    ``torque`` is the measured joint torque, samples × joints, where there is one: a saturated drive shows
-    only against it. ``load`` is a known body that the arm carries meanwhile: the gears feel it, too.
-    """
-
-    position: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    time: FloatArray | None = None
-    torque: FloatArray | None = None
-    load: Load | None = None
-    _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(4), compare=False)
-
-    def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
-        """What effects ask of this motion and of one model again and again, made once; by the very model."""
-        made: dict[Hashable, Made] = self._made.of(model, dict)
-        return made[key] if key in made else made.setdefault(key, make())
-
-    def ahead(self, shift: float) -> FloatArray:
-        """q, q̇ and q̈ some time on (s), as the samples about it go through: samples × 3 × joints."""
-        from scipy.interpolate import CubicSpline  # here: it takes long to load
-
-        time, motion = self.time, (self.position, self.velocity, self.acceleration)
-        assert time is not None
-        course = self.once(None, "course", lambda: CubicSpline(time, np.stack(motion, axis=1)))
-        return np.asarray(course(np.clip(time + shift, time[0], time[-1])))
 
 
 class Effect(Protocol):

@@ -11,9 +11,10 @@ from typing import Literal
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import OFFSET_AT_LINK, Family, drive_row, drive_torque
 from ident.effects.simulated import FrictionTorque
+from ident.effects.state import State
 from ident.effects.usual import friction_sign
 from ident.filters import recursion
 from robots.arrays import FloatArray

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ident.effects.elastic_gear import inertia_along, link_inertia
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     ANY,
     Family,
@@ -23,6 +23,7 @@ from ident.effects.placed import (
     each_geared_drive,
 )
 from ident.effects.simulated import GearError, GearSpring, SimulatedParts, Table
+from ident.effects.state import State
 from ident.effects.torque_ripple import motor_angle, ripple_shapes
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -78,12 +79,10 @@ def _make(
         error = np.sin(phase)
         error_rate = np.cos(phase) * speed
         error_push = np.cos(phase) * push - np.sin(phase) * speed**2
-        moved = State(
+        moved = state.moved(
             state.position + _SMALL * np.outer(error, back),
             state.velocity + _SMALL * np.outer(error_rate, back),
             state.acceleration + _SMALL * np.outer(error_push, back),
-            state.time,
-            load=state.load,
         )
         # The error's slope is a lever: what passes through an inexact gear is power, not torque.
         lever = waves * np.cos(phase) * drive_torque(robot, still, drive)

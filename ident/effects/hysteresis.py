@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     POSITIVE,
     Family,
@@ -22,6 +22,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import dry_friction
 from ident.effects.simulated import Bristle, FrictionTorque, SimulatedParts
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.gear_load import GearLoad, at_once, late_form
 from ident.effects.placed import (
     OFFSET_AT_LINK,
@@ -25,6 +25,7 @@ from ident.effects.placed import (
     each_drive,
 )
 from ident.effects.simulated import SimulatedParts
+from ident.effects.state import State
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot

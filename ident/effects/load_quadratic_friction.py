@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.gear_load import GearLoad, at_once, late_form
 from ident.effects.placed import (
     POSITIVE,
@@ -23,6 +23,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import rated_torque
 from ident.effects.simulated import SimulatedParts
+from ident.effects.state import State
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray
 from robots.description import Robot

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.placed import ANY, POSITIVE, Family, Law, Parameters, Parts
 from ident.effects.rigid_body import RigidBody
 from ident.effects.scales import payload
 from ident.effects.simulated import SimulatedParts
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 from robots.standard import LINK_SYMBOLS

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Scope, Shape, Shows, StandardParameter, State
+from ident.effects.family import Place, PresentModel, Scope, Shape, Shows, StandardParameter
+from ident.effects.state import State
 from ident.even_spline import EvenSpline
 from ident.signals import low_pass_where_sampled
 from robots.arrays import FloatArray

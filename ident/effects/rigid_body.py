@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio
 
 from ident.effects.chain import chain_frames
-from ident.effects.family import Place, StandardParameter, State
+from ident.effects.family import Place, StandardParameter
+from ident.effects.state import State
 from robots import rigid_body_model, unit_of
 from robots.arrays import FloatArray
 from robots.description import Robot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     Family,
     Law,
@@ -17,6 +17,7 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.simulated import DriveChange, SimulatedParts
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 

@@ -12,7 +12,7 @@ from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from ident.effects.family import State
+from ident.effects.state import State
 from robots.arrays import FloatArray
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     ANY,
     POSITIVE,
@@ -22,6 +22,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import rated_torque, way
 from ident.effects.simulated import PositionTorque, SimulatedParts, Table
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.effects.drifting_friction import begun_before, moving_away, settling_times, time_constants
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.placed import (
     ANY,
     Family,
@@ -29,6 +29,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import friction_power, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.state import State
 from ident.effects.warming import Warming
 from robots.arrays import FloatArray
 from robots.description import Robot

@@ -14,9 +14,10 @@ from typing import Literal
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.hysteresis import deflection
 from ident.effects.placed import as_filter_shows
+from ident.effects.state import State
 from ident.effects.torque_ripple import PERIODS, motor_angle
 from ident.effects.usual import friction_sign
 from robots.arrays import FloatArray

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.placed import ANY, POSITIVE, Family, Law, Parameters, Parts, along, joint_row, over_time
 from ident.effects.simulated import (
     Bristle,
@@ -19,6 +19,7 @@ from ident.effects.simulated import (
     Table,
 )
 from ident.effects.speed_term import FrictionSign
+from ident.effects.state import State
 from ident.effects.term_factors import Drawn, Factor, Quantity, itself
 from ident.effects.terms import Term, dictionary
 from ident.errors import IdentificationError

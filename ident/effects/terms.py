@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.scales import dry_friction
+from ident.effects.state import State
 from ident.effects.term_factors import (
     Factor,
     acceleration,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import Family, Law, Parameters, Parts, along, drive_torque, each_drive
 from ident.effects.simulated import DriveChange, SimulatedParts
+from ident.effects.state import State
 from ident.even_spline import EvenSpline
 from robots.arrays import FloatArray
 from robots.description import Robot
@@ -73,7 +74,7 @@ def _change(
     motion = np.stack([state.position, state.velocity, state.acceleration], axis=1)
     ahead = state.ahead(shift) if moving is None else motion + (state.ahead(shift) - motion) @ moving.T
     position, velocity, acceleration = np.ascontiguousarray(ahead.transpose(1, 0, 2))
-    moved = State(position, velocity, acceleration, state.time, load=state.load)
+    moved = state.moved(position, velocity, acceleration)
     return np.asarray(present.torque(moved) - present.torque(state))
 
 

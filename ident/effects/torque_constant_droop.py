@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     POSITIVE,
     Family,
@@ -23,6 +23,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import rated_torque
 from ident.effects.simulated import DriveChange, SimulatedParts
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 

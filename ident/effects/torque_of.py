@@ -10,7 +10,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from ident.effects.family import Effect, State
+from ident.effects.family import Effect
+from ident.effects.state import State
 from robots.arrays import FloatArray
 
 

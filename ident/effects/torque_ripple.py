@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, Shape, State
+from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.placed import (
     ANY,
     Family,
@@ -21,6 +21,7 @@ from ident.effects.placed import (
 )
 from ident.effects.scales import dry_friction
 from ident.effects.simulated import DriveChange, PositionTorque, SimulatedParts, Table
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 

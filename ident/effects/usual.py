@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.placed import (
     ANY,
     Family,
@@ -23,6 +23,7 @@ from ident.effects.placed import (
 from ident.effects.scales import dry_friction, rotor_inertia, viscous_friction
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.speed_term import FrictionSign
+from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
 

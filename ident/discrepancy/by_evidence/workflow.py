@@ -16,11 +16,11 @@ from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
 from ident.discrepancy.by_evidence.decide.beside_motion import searched_beside_motion
 from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, with_found
 from ident.discrepancy.by_evidence.decide.left_over import (
-    ABOVE,
     above_accepted,
     misfit_of,
     own_joint,
     torque_of,
+    usual_at,
 )
 from ident.discrepancy.by_evidence.decide.likeliest import likeliest
 from ident.discrepancy.by_evidence.decide.names import (
@@ -200,7 +200,7 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
         unsure=unsure(search, searched, number, deviation),
         confirmation=held.confirmation(found, without),
         explains=float(sizes[joint]),
-        left=_left(search.problem, found, joint),
+        left=usual_at(search.problem, found, joint),
         fails=_fails(searched, held, joint),
     )
 
@@ -224,16 +224,6 @@ def _of_gains(problem: Problem, found: Found, number: int) -> FloatArray:
         shift = found.posterior.covariance[own] @ products
         variance += (drive.gain_relative_uncertainty * shift * white.scale) ** 2
     return np.asarray(np.sqrt(variance))
-
-
-def _left(problem: Problem, found: Found, joint: int) -> float:
-    """Misfit of a joint, N·m (or N): what is accepted, or what is there where that is more.
-
-    What explains less than an arm leaves that nothing has happened to is not told from that.
-    """
-    accepted = float(problem.misfit.accepted[joint])
-    above = above_accepted(problem, found)[joint]
-    return max(float(misfit_of(problem, found)[joint]), accepted) if above > ABOVE else accepted
 
 
 def _fails(searched: Searched, held: HeldOut, joint: int) -> str:

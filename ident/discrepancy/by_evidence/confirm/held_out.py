@@ -26,11 +26,12 @@ from functools import partial
 
 import numpy as np
 
+from ident.discrepancy.by_evidence.decide.left_over import residual_rows
 from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
-from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects, effect_rows
+from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
 from ident.discrepancy.confirmation import Shown, shown_share
 from ident.discrepancy.deviations import BLOCK
 from robots.arrays import FloatArray, IntArray
@@ -148,11 +149,7 @@ class HeldOut:
 
     def residual(self, found: Found) -> FloatArray:
         """Rows × joints, N·m (or N), that a set leaves of the torque."""
-        known = self.rows.known
-        left = known.target - known.columns @ found.posterior.known
-        for number, member in enumerate(found.members):
-            left = left - effect_rows(self.rows.prepared, member.entry.placed) @ found.theta(number)[0]
-        return np.asarray(left)
+        return residual_rows(self.rows, found)
 
     def in_blocks(self, found: Found, other: Found, joint: int) -> Shown:
         """Of what a set changes of a joint's torque, how much is there.

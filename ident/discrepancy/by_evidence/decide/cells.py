@@ -18,8 +18,8 @@ from ident.discrepancy.by_evidence.decide.screening import information_beside
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.rows import Rows
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
-from ident.effects.family import State
 from ident.effects.placed import Placed
+from ident.effects.state import State
 from robots.arrays import FloatArray, IntArray
 
 _CELLS = 40

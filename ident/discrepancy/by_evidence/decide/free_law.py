@@ -22,7 +22,7 @@ from ident.discrepancy.by_evidence.decide.search import Searched
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Member, found_set
 from ident.discrepancy.by_evidence.evidence.rows import effect_rows
 from ident.discrepancy.by_evidence.library.candidates import Entry
-from ident.effects.family import Place, PresentModel, State
+from ident.effects.family import Place, PresentModel
 from ident.effects.placed import (
     ANY,
     Family,
@@ -36,6 +36,7 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.simulated import FrictionTorque, SimulatedParts
+from ident.effects.state import State
 from ident.statistics.symmetric import eigen_of
 from robots.arrays import FloatArray
 from robots.description import Robot

@@ -8,7 +8,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem, root_mean_squa
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
-from ident.discrepancy.by_evidence.evidence.rows import effect_rows
+from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
 from robots.arrays import FloatArray
 
 ABOVE = 0.5
@@ -33,14 +33,38 @@ def above_accepted(problem: Problem, found: Found) -> FloatArray:
 
 
 def _not_smooth(problem: Problem, found: Found) -> FloatArray:
-    """(n,) rms of what repeats and is not smooth, N·m (or N); rows are so many that s is as good as known."""
+    """(n,) rms of what repeats and is not smooth, N·m (or N); rows are so many that s is as good as known.
+
+    White rows of what is quicker than the noise are as many times as noisy, and it is no more than all that
+    is left of the torque: of a foot that rocks at 11 Hz they made 266 N·m, where 57 were left.
+    """
     noise = np.array([one.marginal for one in problem.rows.noise])
-    return np.asarray(noise * np.sqrt(found.level.excess**2 - 1.0))
+    whole = root_mean_square(problem.prepared, residual_rows(problem.rows, found))
+    rough = np.minimum(noise**2 * (found.level.excess**2 - 1.0), np.maximum(whole**2 - noise**2, 0.0))
+    return np.asarray(np.sqrt(rough))
+
+
+def residual_rows(rows: Rows, found: Found) -> FloatArray:
+    """Rows × joints, N·m (or N), that a set leaves of the torque."""
+    left = rows.known.target - rows.known.columns @ found.posterior.known
+    for number, member in enumerate(found.members):
+        left = left - rows.thin(member.entry.placed) @ found.theta(number)[0]
+    return np.asarray(left)
 
 
 def misfit_of(problem: Problem, found: Found) -> FloatArray:
     """(n,) rms of all that stays unexplained, N·m (or N)."""
     return np.asarray(np.hypot(found.level.kappa, _not_smooth(problem, found)))
+
+
+def usual_at(problem: Problem, found: Found, joint: int) -> float:
+    """Misfit of a joint, N·m (or N): what is accepted, or what is there where that is more.
+
+    What explains less than an arm leaves that nothing has happened to is not told from that.
+    """
+    accepted = float(problem.misfit.accepted[joint])
+    above = above_accepted(problem, found)[joint]
+    return max(float(misfit_of(problem, found)[joint]), accepted) if above > ABOVE else accepted
 
 
 def torque_of(problem: Problem, found: Found, number: int) -> FloatArray:

@@ -17,6 +17,7 @@ from ident.discrepancy.by_evidence.decide.no_name import (
     NO_NAME,
     form_error,
     left_beside,
+    odds_beforehand,
     odds_of_no_name,
     price_of_parameters,
 )
@@ -168,7 +169,8 @@ def slot(search: Search, searched: Searched, number: int, without: Found, held: 
     member, left = found.members[number], left_beside(search.problem, found, number)
     possible = search.problem.friction.log_possible(found.members, found.posterior, own[1])
     alone, form = held.alone(found, number), form_error(member.candidate.family.rough, member.is_friction)
-    unknown = odds_of_no_name(alone, seen, price, possible, left, form)
+    outside = odds_beforehand(search.problem, found, number)
+    unknown = odds_of_no_name(alone, seen, price, possible, left, form, outside)
     unknown = max(unknown, free_law(search.problem, searched, number))
     odds[NO_NAME, own[1]] = odds[own] + unknown
     listed = probabilities(odds, forms)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.left_over import misfit_of, own_joint, torque_of
+from ident.discrepancy.by_evidence.decide.left_over import misfit_of, own_joint, torque_of, usual_at
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.solved import Posterior
@@ -24,6 +24,9 @@ NO_NAME = "something without a name"
 
 OUTSIDE = 0.1
 """Prior odds of an effect that has no name: of eleven that an arm gets ten are in the vocabulary."""
+
+_AS_NOT = 1.0
+"""The same of one that explains no more than an arm leaves that nothing has happened to."""
 
 _IMITATED = 0.2
 """Probability that a name imitates something else so well that nothing more is left than usual."""
@@ -45,7 +48,13 @@ _USUAL = 0.5
 
 
 def odds_of_no_name(
-    alone: Shown, refitted: Shown, price: float, possible: float, left: float, form: float = _FORM
+    alone: Shown,
+    refitted: Shown,
+    price: float,
+    possible: float,
+    left: float,
+    form: float = _FORM,
+    outside: float = OUTSIDE,
 ) -> float:
     """Log odds of something without a name against the name that comes nearest; the rows' part coarsened.
 
@@ -60,9 +69,25 @@ def odds_of_no_name(
         possible: log probability that the sizes of names are possible (:mod:`.possible`).
         left: nats of what stays unexplained (:func:`left_beside`).
         form: share of the name's torque by which it may be another on other motion (:func:`form_error`).
+        outside: odds of it beforehand (:func:`odds_beforehand`).
     """
     nats = max(alone.to_form(form).nats_of_no_name, refitted.to_form(form).nats_of_no_name - price)
-    return float(np.log(OUTSIDE)) + left + TEMPERATURE * (nats - possible)
+    return float(np.log(outside)) + left + TEMPERATURE * (nats - possible)
+
+
+def odds_beforehand(problem: Problem, found: Found, number: int) -> float:
+    """Odds of something without a name, before a name that comes nearest is looked at on other motion.
+
+    Every arm leaves something that has no name: what explains no more than that is as likely as not it.
+
+    Args:
+        problem: the data.
+        found: the set.
+        number: of the member that comes nearest.
+    """
+    torque = torque_of(problem, found, number)
+    joint = own_joint(found, number, torque)
+    return OUTSIDE if torque[joint] > usual_at(problem, found, joint) else _AS_NOT
 
 
 def form_error(rough: bool, friction: bool) -> float:

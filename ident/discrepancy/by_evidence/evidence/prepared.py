@@ -206,7 +206,8 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
     time = recording.time - recording.time[0] + started
     keep = _kept(recording, settings, stride)
     carried = torque + load_torque(robot, recording, everything)
-    state = State(whole.position, whole.velocity, whole.acceleration, time, carried, recording.load)
+    measured = whole.position, whole.velocity, whole.acceleration
+    state = State(*measured, time, carried, recording.load, period)
     own = _every(state, keep, 1)
     finer = _FINER if stride % _FINER == 0 else 1
     used = _away_from_standstill(robot, own, step, settings)
@@ -241,7 +242,7 @@ def _of_other_periods(own: State, period: int | None) -> State:
     assert own.torque is not None
     channels = (own.position, own.velocity, own.acceleration, own.torque)
     position, velocity, acceleration, asked = (others_mean(one, period) for one in channels)
-    return State(position, velocity, acceleration, own.time, asked, own.load)
+    return State(position, velocity, acceleration, own.time, asked, own.load, period)
 
 
 def _stride(recording: Recording, most: int) -> int:
@@ -271,7 +272,8 @@ def _every(state: State, keep: slice, stride: int) -> State:
     position, velocity, acceleration = (np.ascontiguousarray(part[keep][::stride]) for part in parts)
     assert state.time is not None
     torque = None if state.torque is None else np.ascontiguousarray(state.torque[keep][::stride])
-    return State(position, velocity, acceleration, state.time[keep][::stride], torque, state.load)
+    period = None if state.period is None else state.period // stride
+    return State(position, velocity, acceleration, state.time[keep][::stride], torque, state.load, period)
 
 
 def _away_from_standstill(robot: Robot, state: State, step: float, settings: Identification) -> BoolArray:

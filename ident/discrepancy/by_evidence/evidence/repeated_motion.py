@@ -1,7 +1,8 @@
 """Columns of effects where every period of a motion is the same, as those that were asked for are.
 
 An effect answers each of them alike once it has forgotten how the record began. So it is asked about the
-first periods alone, and what it answers in the middle of them is put in as often as the motion repeats.
+first periods alone, and what it answers in the middle of them is put in as often as the motion repeats: that
+long a gear remembers how it began, and its filter not nearly as long.
 Measured periods differ by their noise, and effects that change with time answer each period otherwise: those
 are asked about the whole, as is all that is cheap.
 """
@@ -12,12 +13,9 @@ import numpy as np
 
 from ident.effects import State
 from ident.effects.family import PlacedEffect
+from ident.effects.gear_state import FORGOTTEN
 from ident.effects.placed import Placed
 from robots.arrays import FloatArray
-
-_FORGOTTEN = 3.0
-"""s after which neither the beginning of a record shows nor its end: the slowest link on a gear that is
-looked for, of 6 Hz and damped by 0.08, has come down to e⁻⁹, and a filter of positions has long before."""
 
 _SAME = 1e-6
 """Of a channel's root mean square: more is noise."""
@@ -33,15 +31,14 @@ def shorter(state: State, period: int) -> State | None:
     time = state.time
     if time is None or not _repeats(state, period):
         return None
-    least = period + 2 * int(np.ceil(_FORGOTTEN / float(time[1] - time[0])))
+    least = period + 2 * int(np.ceil(FORGOTTEN / float(time[1] - time[0])))
     left_out = (time.shape[0] - least) // period
     if left_out < 1:
         return None
     kept = slice(0, time.shape[0] - left_out * period)
     torque = None if state.torque is None else state.torque[kept]
-    return State(
-        state.position[kept], state.velocity[kept], state.acceleration[kept], time[kept], torque, state.load
-    )
+    motion = state.position[kept], state.velocity[kept], state.acceleration[kept]
+    return State(*motion, time[kept], torque, state.load, period)
 
 
 def is_timeless(effect: PlacedEffect) -> bool:

@@ -11,8 +11,8 @@ import pytest
 
 import robots
 from ident import Recording
-from ident.discrepancy.by_evidence import in_loop, reversals, workflow
-from ident.discrepancy.by_evidence.decide import problem
+from ident.discrepancy.by_evidence import in_loop, reversals
+from ident.discrepancy.by_evidence.decide import left_over, problem
 from ident.discrepancy.by_evidence.evidence import lag, misfit, residual
 from ident.discrepancy.by_evidence.evidence.noise import autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared, prepare, settings_for
@@ -153,10 +153,10 @@ def test_noise_and_misfit_are_estimated_three_times_in_turn(monkeypatch: pytest.
 def test_misfit_that_is_above_the_accepted_one_more_likely_than_not_is_what_is_left(
     monkeypatch: pytest.MonkeyPatch, above: float, left: float
 ) -> None:
-    monkeypatch.setattr(workflow, "above_accepted", lambda *given: np.array([above]))
-    monkeypatch.setattr(workflow, "misfit_of", lambda *given: np.array([0.3]))
+    monkeypatch.setattr(left_over, "above_accepted", lambda *given: np.array([above]))
+    monkeypatch.setattr(left_over, "misfit_of", lambda *given: np.array([0.3]))
     posed: Any = SimpleNamespace(misfit=SimpleNamespace(accepted=np.array([0.02])))
-    assert workflow._left(posed, None, 0) == left  # type: ignore[arg-type]
+    assert left_over.usual_at(posed, None, 0) == left  # type: ignore[arg-type]
     monkeypatch.setattr(in_loop, "above_accepted", lambda *given: np.array([above]))
     monkeypatch.setattr(in_loop, "without_effects", lambda *given: None)
     monkeypatch.setattr(in_loop, "by_any_law", lambda *given: None)

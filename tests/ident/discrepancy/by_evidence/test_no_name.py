@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import cauchy
 
+from ident.discrepancy.by_evidence.decide import no_name
 from ident.discrepancy.by_evidence.decide.no_name import (
     form_error,
     left_beside,
@@ -128,6 +129,20 @@ def test_what_rows_hold_the_most_of_leaves_some_of_itself() -> None:
     assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01)) > 1.0
 
 
+@pytest.mark.parametrize(("explains", "odds"), [(0.9, 1.0), (1.1, 0.1)])
+def test_what_explains_no_more_than_an_arm_leaves_is_as_likely_as_not_what_has_no_name(
+    monkeypatch: pytest.MonkeyPatch, explains: float, odds: float
+) -> None:
+    """A ripple and an eccentric encoder beside a soft foot, 0.9 each; other motion showed nothing of them."""
+    monkeypatch.setattr(no_name, "torque_of", lambda *given: np.array([3.0, explains]))
+    monkeypatch.setattr(no_name, "own_joint", lambda *given: 1)
+    monkeypatch.setattr(no_name, "usual_at", lambda problem, found, joint: (9.0, 1.0)[joint])
+    nothing: Any = None
+    assert no_name.odds_beforehand(nothing, nothing, 0) == odds
+    silent = Shown(0.0, 0.0)
+    assert odds_of_no_name(silent, silent, 0.0, 0.0, 0.0, outside=odds) == pytest.approx(np.log(odds))
+
+
 def test_where_no_run_says_what_is_usual_nothing_is_too_much() -> None:
     assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01), of_run=False) == 0.0
 
@@ -141,7 +156,11 @@ def left_at(
     prepared = SimpleNamespace(used=np.ones((4, n), dtype=np.bool_), parts=(part,))
     problem: Any = SimpleNamespace(
         prepared=prepared,
-        rows=SimpleNamespace(noise=[SimpleNamespace(marginal=0.01)] * n),
+        rows=SimpleNamespace(
+            noise=[SimpleNamespace(marginal=0.01)] * n,
+            known=SimpleNamespace(target=np.zeros((4, n)), columns=np.zeros((4, n, 1))),
+            thin=columns,
+        ),
         misfit=SimpleNamespace(accepted=np.full(n, 0.01), of_run=of_run),
     )
     found: Any = SimpleNamespace(
@@ -154,6 +173,7 @@ def left_at(
         ],
         theta=lambda number: (np.ones(1), np.eye(1)),
         level=SimpleNamespace(kappa=np.array(misfit), excess=np.ones(n)),
+        posterior=SimpleNamespace(known=np.zeros(1)),
     )
     return left_beside(problem, found, 0)
 

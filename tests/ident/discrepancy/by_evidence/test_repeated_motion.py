@@ -27,7 +27,7 @@ def periodic() -> State:
     rate = 2.0 * np.pi * waves / (STEP * PERIOD)
     phase = np.outer(time, rate) + waves
     motion = (0.3 * np.cos(phase), -0.3 * rate * np.sin(phase), -0.3 * rate**2 * np.cos(phase))
-    return State(*motion, time, 20.0 * np.sin(phase + 1.0))
+    return State(*motion, time, 20.0 * np.sin(phase + 1.0), period=PERIOD)
 
 
 def part(state: State, period: int | None) -> Part:

@@ -221,6 +221,7 @@ def asked(
     """
     monkeypatch.setattr(names, "free_law", lambda *given: law)
     monkeypatch.setattr(names, "left_beside", lambda *given: 0.0)
+    monkeypatch.setattr(names, "odds_beforehand", lambda *given: 0.1)
     family = SimpleNamespace(contains=(), rough=rough)
     candidates = [SimpleNamespace(key=key, family=family) for key in (other, OWN)]
     listed = [screened(one, nats) for one, nats in zip(candidates, (rival, own), strict=True)]

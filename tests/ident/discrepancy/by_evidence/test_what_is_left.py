@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
-from ident.discrepancy.by_evidence.decide.left_over import above_accepted
+from ident.discrepancy.by_evidence.decide.left_over import above_accepted, misfit_of
 from ident.discrepancy.by_evidence.decide.search import Searched
 from ident.discrepancy.by_evidence.decide.state import without_effects
-from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.evidence.prepared import prepare
 from ident.discrepancy.by_evidence.workflow import _fails, _finding
 from tests.ident.discrepancy.by_evidence.toy_effects import (
@@ -50,12 +49,23 @@ def test_a_set_leaves_less_than_the_torque_itself(monkeypatch: pytest.MonkeyPatc
 
 
 def test_what_repeats_and_is_not_smooth_is_misfit_though_no_smooth_part_is() -> None:
-    problem = problem_of(lambda q: 0.0 * q)
-    clean = without_effects(problem)
-    accepted = problem.misfit.accepted
-    for excess, above in ((1.0, 0.0), (3.0, 1.0)):
-        rough = replace(clean, level=Level(accepted, np.array([excess])))
-        assert above_accepted(problem, rough)[0] == pytest.approx(above, abs=0.2)
+    for size, above in ((0.0, 0.0), (3.0, 1.0)):
+        problem = problem_of(lambda q, size=size: torque(q, w9=size))
+        found = without_effects(problem)
+        assert above_accepted(problem, found)[0] == pytest.approx(above, abs=0.2)
+    assert float(found.level.excess[0]) > 3.0 and float(found.level.kappa[0]) < 1.0
+    assert float(misfit_of(problem, found)[0]) == pytest.approx(3.0 / np.sqrt(2.0), rel=0.15)
+
+
+def test_what_is_quicker_than_noise_is_no_more_misfit_than_all_that_is_left() -> None:
+    """White rows of it are as many times as noisy: 266 N·m of a rocking foot, where 57 were left (98029)."""
+    problem = problem_of(lambda q: torque(q, w9=3.0))
+    found = without_effects(problem)
+    (left,) = misfit_of(problem, found)
+    quicker = replace(found, level=replace(found.level, excess=100.0 * found.level.excess))
+    assert float(misfit_of(problem, quicker)[0]) == pytest.approx(float(left), rel=0.15)
+    fewer = replace(found, level=replace(found.level, excess=np.ones(1)))
+    assert float(misfit_of(problem, fewer)[0]) == pytest.approx(float(found.level.kappa[0]))
 
 
 def test_a_gain_that_is_known_to_a_share_leaves_a_torque_known_to_that_share() -> None:

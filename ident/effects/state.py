@@ -1,0 +1,72 @@
+"""The motion at which torques are asked for, and what effects make of it again and again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from robots.arrays import FloatArray
+from robots.carried import Load
+from robots.identity_cache import IdentityCache
+
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True)
+class State:
+    """The motion at which torques are asked for: q, q̇, q̈, each samples × joints, rad (or m) and s.
+
+    ``time`` (samples,) is the time since the arm was switched on or the first recording began, s. Effects
+    with a history (drift, elasticity) need it and even samples in order; others look at each sample alone.
+    ``torque`` is the measured joint torque, samples × joints, where there is one: a saturated drive shows
+    only against it. ``load`` is a known body that the arm carries meanwhile: the gears feel it, too. A motion
+    that repeats does so after ``period`` samples.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    time: FloatArray | None = None
+    torque: FloatArray | None = None
+    load: Load | None = None
+    period: int | None = None
+    _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(4), compare=False)
+
+    def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
+        """What effects ask of this motion and of one model again and again, made once; by the very model."""
+        made: dict[Hashable, Made] = self._made.of(model, dict)
+        return made[key] if key in made else made.setdefault(key, make())
+
+    def moved(self, position: FloatArray, velocity: FloatArray, acceleration: FloatArray) -> State:
+        """Another motion at the same time, with the same load; what was measured is not of it."""
+        return State(position, velocity, acceleration, self.time, None, self.load, self.period)
+
+    def with_before(self, series: FloatArray, seconds: float) -> FloatArray:
+        """A series (samples, k) of this motion, and before it what was there before the record began.
+
+        Of a motion that repeats that is the end of its period. Else nobody knows, and it is the series turned
+        about its first sample: it goes on as it began, and what has a state has none of its own at the start.
+        (A foot that began at rest in the middle of a motion swung with 110 N·m for 1.5 s, the arm with 20.)
+
+        Args:
+            series: at even samples.
+            seconds: as long as is needed, where there is so much.
+        """
+        assert self.time is not None
+        wanted = int(np.ceil(seconds / float(self.time[1] - self.time[0])))
+        if self.period is not None and self.period < series.shape[0]:
+            return np.concatenate([series[max(self.period - wanted, 0) : self.period], series])
+        wanted = min(wanted, series.shape[0] - 1)
+        return np.concatenate([2.0 * series[0] - series[wanted:0:-1], series])
+
+    def ahead(self, shift: float) -> FloatArray:
+        """q, q̇ and q̈ some time on (s), as the samples about it go through: samples × 3 × joints."""
+        from scipy.interpolate import CubicSpline  # here: it takes long to load
+
+        time, motion = self.time, (self.position, self.velocity, self.acceleration)
+        assert time is not None
+        course = self.once(None, "course", lambda: CubicSpline(time, np.stack(motion, axis=1)))
+        return np.asarray(course(np.clip(time + shift, time[0], time[-1])))

@@ -1,0 +1,99 @@
+"""What has a state of its own, in a record that begins in the middle of a motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
+
+from ident.effects import State
+from ident.effects.foot import AXES, inertia_on_foot, on_a_foot
+from ident.effects.placed import Placed
+from robots import rigid_body_model
+from robots.arrays import FloatArray
+from tests.ident.effects.test_vocabulary import TX40, placed
+
+STEP, PERIOD = 0.004, 1000
+"""s; samples of 4 s."""
+
+
+def motion(samples: int) -> State:
+    """Whole waves in each period, all of them at full speed at its beginning."""
+    time, waves = STEP * np.arange(samples), np.arange(2, TX40.n + 2)
+    rate = 2.0 * np.pi * waves / (STEP * PERIOD)
+    phase = np.outer(time, rate)
+    course = (0.4 * np.sin(phase), 0.4 * rate * np.cos(phase), -0.4 * rate**2 * np.sin(phase))
+    return State(*course, time, period=PERIOD)
+
+
+def foot(ratio: float = 0.05) -> Placed:
+    """Of a resonance of about 8 Hz about x."""
+    inertia = float(inertia_on_foot(TX40)[0])
+    return placed(
+        "base_compliance", 0, 1.0 / (1.2 * inertia * (2.0 * np.pi * 8.0) ** 2), 0.0, 0.2 * inertia, ratio
+    )
+
+
+def gear(name: str, *shape: float) -> Placed:
+    return placed(name, 2, 1.0 / (0.4 * (2.0 * np.pi * 12.0) ** 2), *shape)
+
+
+SOFT = [foot(), gear("joint_elasticity", 0.03), gear("stiffening_elasticity", 0.2)]
+
+
+@pytest.mark.parametrize("effect", SOFT, ids=lambda effect: effect.name)
+def test_a_motion_that_repeats_is_answered_alike_from_its_first_period_on(effect: Placed) -> None:
+    columns = effect.columns(motion(3 * PERIOD))[:, :, 0]
+    first, last = columns[:PERIOD], columns[2 * PERIOD :]
+    assert np.abs(first - last).max() < 0.02 * np.abs(last).max()
+
+
+@pytest.mark.parametrize("effect", SOFT, ids=lambda effect: effect.name)
+def test_what_was_before_a_record_is_taken_to_go_on_as_it_began(effect: Placed) -> None:
+    """A link that began at rest, wherever a log is cut, swung more than the motion makes it swing."""
+    whole = motion(3 * PERIOD)
+    right = effect.columns(whole)[:, :, 0]
+    missed, size = [], []
+    for cut in range(PERIOD, 2 * PERIOD, 125):
+        record = State(*(one[cut:] for one in motion_of(whole)), whole.time[cut:])
+        missed.append(np.linalg.norm(effect.columns(record)[:250, :, 0] - right[cut : cut + 250]))
+        size.append(np.linalg.norm(right[cut : cut + 250]))
+    assert np.linalg.norm(missed) < 0.85 * np.linalg.norm(size)
+
+
+def test_a_foot_is_turned_by_an_arm_that_rocks_with_it() -> None:
+    """Against pin's equations of the whole arm on its foot, integrated by scipy."""
+    state = motion(2 * PERIOD)
+    inertia, effect = float(inertia_on_foot(TX40)[0]), foot(0.1)
+    compliance, _, own, ratio = effect.shape
+    damping = 2.0 * ratio * np.sqrt((inertia + own) / compliance)
+    model = on_a_foot(rigid_body_model(TX40))
+    data, course = model.createData(), CubicSpline(state.time, np.stack(motion_of(state), axis=1))
+
+    def torque(lean: float, rate: float, push: float, arm: FloatArray) -> FloatArray:
+        foot = np.array([[lean, 0.0], [rate, 0.0], [push, 0.0]])
+        return np.asarray(pinocchio.rnea(model, data, *np.hstack([foot, arm])).copy())
+
+    def push(time: float, lean: float, rate: float) -> float:
+        arm = course(time)
+        still, turned = (torque(lean, rate, one, arm)[0] for one in (0.0, 1.0))
+        return float(-(still + damping * rate + lean / compliance) / (turned - still + own))
+
+    run = solve_ivp(
+        lambda t, s: [s[1], push(t, *s)], (0.0, state.time[-1]), [0.0, 0.0], t_eval=state.time, max_step=STEP
+    )
+    got = effect.columns(state)[:, :, 0]
+    late = range(PERIOD, 2 * PERIOD, 10)  # what the foot began with is forgotten
+    wanted = []
+    for k in late:
+        arm, (lean, rate) = course(state.time[k]), run.y[:, k]
+        rocking = torque(lean, rate, push(state.time[k], lean, rate), arm)
+        wanted.append((rocking - torque(0.0, 0.0, 0.0, arm))[AXES:])
+    missed = np.linalg.norm(got[late] - np.array(wanted)) / np.linalg.norm(wanted)
+    assert missed < 0.001
+
+
+def motion_of(state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return state.position, state.velocity, state.acceleration
