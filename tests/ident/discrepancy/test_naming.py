@@ -1,6 +1,7 @@
 """Blind: the plant has an effect that the search is not told of; the search names it, its place and its size.
 
-A short form of benchmarks/naming.py. The plant shares no code with the effects of the vocabulary.
+A short form of benchmarks/naming.py. The plant shares no code with the effects of the vocabulary. A payload
+and an unchanged arm are asked about on another engine (tests/daq/diagnosis/test_mujoco_arm.py).
 """
 
 from __future__ import annotations
@@ -57,25 +58,6 @@ def value(found: Diagnosis, name: str) -> tuple[float, float]:
 
 
 @pytest.mark.slow
-def test_a_clean_arm_gets_no_finding() -> None:
-    found = search({})
-    assert found.verdict == "clean"
-    assert not found.findings
-    assert found.torque.before == pytest.approx(found.torque.floor, rel=0.15)
-
-
-@pytest.mark.slow
-def test_a_payload_is_found_against_the_model_from_before() -> None:
-    found = search({"payload": {"mass": 0.25, "centre": [0.0, 0.01, 0.04]}})
-    assert named(found) == ("payload", ())
-    mass, sigma = value(found, "M_payload")
-    assert mass == pytest.approx(0.25, abs=max(3 * sigma, 0.01))
-    assert found.findings[0].held_out_gain > 0.9
-    assert found.position is not None
-    assert (found.position.after <= found.position.before * 1.05).all()
-
-
-@pytest.mark.slow
 def test_a_lost_drive_gain_is_found() -> None:
     found = search({"drive_gain_error": [{"drive": 2, "change": -0.05}]})
     assert named(found) == ("drive_gain_error", (2,))
@@ -109,23 +91,14 @@ def test_a_gear_that_warms_itself_is_found_with_its_time() -> None:
     assert found.findings[0].held_out_gain > 0.9
 
 
-NOT_FOUND = pytest.mark.xfail(reason="the law of a drive that sticks over 0.4 mrad is fitted instead")
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "sticking",
-    [
-        {"drive": 3, "speed": 0.005, "rise": 1.0, "displacement": 2e-5},
-        pytest.param({"drive": 5, "speed": 0.02, "rise": 0.3, "displacement": 4e-4}, marks=NOT_FOUND),
-    ],
-)
-def test_static_friction_is_found_at_the_reversals(sticking: dict[str, float]) -> None:
-    found, drive = search({"static_friction": [sticking]}), int(sticking["drive"])
-    assert named(found) == ("static_friction", (drive,))
+def test_static_friction_is_found_at_the_reversals() -> None:
+    """One that holds over 0.4 mrad is not: the law of a drive that sticks is fitted in its place."""
+    found = search({"static_friction": [{"drive": 3, "speed": 0.005, "rise": 1.0, "displacement": 2e-5}]})
+    assert named(found) == ("static_friction", (3,))
     assert len(found.findings) == 1
     gap = found.findings[0].gap
-    before, after, floor = (part[drive - 1] for part in (gap.before, gap.after, gap.floor))
+    before, after, floor = (part[2] for part in (gap.before, gap.after, gap.floor))
     assert (after - floor) < 0.7 * (before - floor)
 
 
