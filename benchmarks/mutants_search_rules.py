@@ -509,6 +509,12 @@ RULES = (
         "if False:",
     ),
     Broken(
+        "an arm that stands still has stood still",
+        "ident/effects/state.py",
+        "if (np.abs(self.velocity[0]) <= _STILL * np.abs(self.velocity).max(axis=0)).all():",
+        "if False:",
+    ),
+    Broken(
         "a motion goes on before the record as it began",
         "ident/effects/gear_state.py",
         "        series = state.with_before(series, FORGOTTEN)\n",

@@ -44,8 +44,7 @@ def pytest_arguments(root: Path, given: Sequence[str]) -> list[str]:
     """What pytest is called with: how many workers, and the tests that people wait for or the slow ones.
 
     Three workers keep two processors busy: a quarter of the time of a worker goes by in waiting for buses,
-    clocks and processes; in the slow tests half of it does, and four do. Whoever says how many, or wants a
-    debugger, or names a test, decides that alone.
+    clocks and processes. Whoever says how many, or wants a debugger, or names a test, decides that alone.
 
     Args:
         root: of the clone.
@@ -56,7 +55,7 @@ def pytest_arguments(root: Path, given: Sequence[str]) -> list[str]:
     if not any(
         argument.startswith(("-n", "--numprocesses")) or argument in _ONE_PROCESS for argument in rest
     ):
-        chosen += ["-n", _WORKERS_OF_SLOW if "--slow" in given else _WORKERS, "--dist", "worksteal"]
+        chosen += ["-n", _WORKERS, "--dist", "worksteal"]
     if not any(argument.startswith(("-v", "-q", "--verbose")) for argument in rest):
         chosen += ["-q"]
     if "--slow" in given:
@@ -66,7 +65,7 @@ def pytest_arguments(root: Path, given: Sequence[str]) -> list[str]:
     return [*chosen, *rest]
 
 
-_WORKERS, _WORKERS_OF_SLOW = "3", "4"
+_WORKERS = "3"
 _ONE_PROCESS = {"--pdb", "--trace", "--version", "-V", "--help", "-h", "--co", "--collect-only"}
 
 

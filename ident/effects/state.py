@@ -14,6 +14,9 @@ from robots.identity_cache import IdentityCache
 
 Made = TypeVar("Made")
 
+_STILL = 0.01
+"""Of a joint's largest speed: slower it stands."""
+
 
 @dataclass(frozen=True)
 class State:
@@ -47,8 +50,9 @@ class State:
     def with_before(self, series: FloatArray, seconds: float) -> FloatArray:
         """A series (samples, k) of this motion, and before it what was there before the record began.
 
-        Of a motion that repeats that is the end of its period. Else nobody knows, and it is the series turned
-        about its first sample: it goes on as it began, and what has a state has none of its own at the start.
+        An arm that stands still has stood still: there is nothing before. Of a motion that repeats that is
+        the end of its period. Else nobody knows, and it is the series turned about its first sample: it goes
+        on as it began, and what has a state has none of its own at the start.
         (A foot that began at rest in the middle of a motion swung with 110 N·m for 1.5 s, the arm with 20.)
 
         Args:
@@ -56,6 +60,8 @@ class State:
             seconds: as long as is needed, where there is so much.
         """
         assert self.time is not None
+        if (np.abs(self.velocity[0]) <= _STILL * np.abs(self.velocity).max(axis=0)).all():
+            return series
         wanted = int(np.ceil(seconds / float(self.time[1] - self.time[0])))
         if self.period is not None and self.period < series.shape[0]:
             return np.concatenate([series[max(self.period - wanted, 0) : self.period], series])

@@ -458,7 +458,7 @@ def test_test_runs_the_tests_of_the_clone_and_keeps_their_exit_code(tmp_path: Pa
     ("given", "expected"),
     [
         ([], ["-n", "3", "--dist", "worksteal", "-q", "-m", "not slow"]),
-        (["--slow"], ["-n", "4", "--dist", "worksteal", "-q", "-m", "slow"]),
+        (["--slow"], ["-n", "3", "--dist", "worksteal", "-q", "-m", "slow"]),
         (["-x"], ["-n", "3", "--dist", "worksteal", "-q", "-m", "not slow", "-x"]),
         (["-n", "0", "-k", "emps"], ["-q", "-m", "not slow", "-n", "0", "-k", "emps"]),
         (["tests/test_docs.py::x", "-v"], ["-n", "3", "--dist", "worksteal", "tests/test_docs.py::x", "-v"]),

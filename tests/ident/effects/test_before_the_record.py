@@ -63,6 +63,20 @@ def test_what_was_before_a_record_is_taken_to_go_on_as_it_began(effect: Placed) 
     assert np.linalg.norm(missed) < 0.85 * np.linalg.norm(size)
 
 
+@pytest.mark.parametrize("effect", SOFT, ids=lambda effect: effect.name)
+def test_an_arm_that_stands_still_has_stood_still(effect: Placed) -> None:
+    """Begun with half a second at rest, or less: the same torque from then on."""
+    course = motion_of(motion(PERIOD))
+    rise = np.clip(STEP * np.arange(PERIOD) / 1.0, 0.0, 1.0)[:, np.newaxis] ** 3
+    moved = [rise * one for one in course]
+    rested = [np.concatenate([np.repeat(one[:1], 125, axis=0), one]) for one in moved]
+    short, long = (
+        effect.columns(State(*one, STEP * np.arange(one[0].shape[0]), period=None))[:, :, 0]
+        for one in (moved, rested)
+    )
+    assert np.abs(long[125:] - short).max() < 1e-3 * np.abs(short).max()
+
+
 def test_a_foot_is_turned_by_an_arm_that_rocks_with_it() -> None:
     """Against pin's equations of the whole arm on its foot, integrated by scipy."""
     state = motion(2 * PERIOD)
