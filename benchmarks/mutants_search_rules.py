@@ -571,8 +571,8 @@ RULES = (
     Broken(
         "all joints where a name acts count together",
         f"{_BY}decide/no_name.py",
-        "np.prod(usual_at + _AT_A_JOINT * more)",
-        "np.max(usual_at + _AT_A_JOINT * more)",
+        "np.prod(as_usual + _AT_A_JOINT * more)",
+        "np.max(as_usual + _AT_A_JOINT * more)",
     ),
     Broken(
         "what rows hold the most of leaves some of itself",

@@ -153,13 +153,13 @@ def prepared_recording(
     carried = torque + load_torque(robot, recording, everything)
     motion_of = whole.position, whole.velocity, whole.acceleration
     state = State(*motion_of, time, carried, recording.load, period)
-    measured = _part(state, keep)
+    measured = state.part(keep)
     kept_time = time[keep]
     return PreparedRecording(
         recording=recording,
         started=started,
         measured=measured,
-        instruments=measured if period is None else _part(_from_other_periods(state, period), keep),
+        instruments=measured if period is None else _from_other_periods(state, period).part(keep),
         full_torque=torque[keep],
         torque=thinned(torque[keep], settings.decimation, settings.decimation_filter),
         moving=_moving(robot, measured, recording.sample_time, settings),
@@ -215,14 +215,6 @@ def thinned(columns: FloatArray, decimation: int, kind: DecimationFilter) -> Flo
         chosen = alive[start : start + _CHANNELS_AT_ONCE]
         thin[:, chosen] = decimate(flat[:, chosen], decimation, kind)
     return thin.reshape(-1, *columns.shape[1:])
-
-
-def _part(state: State, keep: slice) -> State:
-    time, torque = (None if part is None else part[keep] for part in (state.time, state.torque))
-    position, velocity, acceleration = (
-        part[keep] for part in (state.position, state.velocity, state.acceleration)
-    )
-    return State(position, velocity, acceleration, time, torque, state.load, state.period)
 
 
 def _from_other_periods(state: State, period: int) -> State:

@@ -64,12 +64,12 @@ def _make(
             return np.zeros((samples, n, 1))
         rigid, turned = state.once(present, "foot", lambda: _on_firm_ground(present, state))
         step = float(state.time[1] - state.time[0])
+        turning = np.maximum(turned, _LEAST * inertia) + own
         rocking, moment = np.zeros((samples, 3, AXES)), rigid[:, :AXES]
         for _ in range(_ROUNDS):
             for axis in axes:
                 # The foot leans the way that the arm pushes it.
-                turning = np.maximum(turned[:, axis], _LEAST * inertia[axis]) + own
-                course, damped = finer(turning, -moment[:, axis], state), float(damping[axis])
+                course, damped = finer(turning[:, axis], -moment[:, axis], state), float(damping[axis])
                 lean = lag_between_samples(course, step, 1.0 / compliance, damped, 0.0)
                 rocking[:, :, axis] = np.stack(lean, axis=1)
             torque = present.foot_torque(state, rocking)

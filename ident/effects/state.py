@@ -43,6 +43,15 @@ class State:
         made: dict[Hashable, Made] = self._made.of(model, dict)
         return made[key] if key in made else made.setdefault(key, make())
 
+    def part(self, kept: slice) -> State:
+        """Some samples, every so many of them; the period is a whole number of steps."""
+        channels = (self.position, self.velocity, self.acceleration)
+        position, velocity, acceleration = (np.ascontiguousarray(one[kept]) for one in channels)
+        time = None if self.time is None else self.time[kept]
+        torque = None if self.torque is None else np.ascontiguousarray(self.torque[kept])
+        period = None if self.period is None else self.period // (kept.step or 1)
+        return State(position, velocity, acceleration, time, torque, self.load, period)
+
     def moved(self, position: FloatArray, velocity: FloatArray, acceleration: FloatArray) -> State:
         """Another motion at the same time, with the same load; what was measured is not of it."""
         return State(position, velocity, acceleration, self.time, None, self.load, self.period)

@@ -154,7 +154,7 @@ def nats_of_left(misfit: FloatArray, accepted: FloatArray, explains: FloatArray)
     away, most = np.log(misfit / usual), np.log(np.hypot(misfit, explains) / usual)
     there = 1.0 / (np.pi * _USUAL * (1.0 + (away / _USUAL) ** 2))
     more = np.divide(1.0, most * there, out=np.zeros_like(away), where=away > 0.0)
-    usual_at = 1.0 - _AT_A_JOINT
-    none = usual_at**away.size
-    at_some = (np.prod(usual_at + _AT_A_JOINT * more) - none) / (1.0 - none)
+    as_usual = 1.0 - _AT_A_JOINT
+    none = as_usual**away.size
+    at_some = (np.prod(as_usual + _AT_A_JOINT * more) - none) / (1.0 - none)
     return float(np.log(_IMITATED + (1.0 - _IMITATED) * at_some))

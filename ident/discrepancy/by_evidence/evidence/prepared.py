@@ -89,7 +89,7 @@ class Part:
     @property
     def at_rows(self) -> State:
         """The other periods' motion at the rows."""
-        return _every(self.other, slice(None), self.finer)
+        return self.other.part(slice(None, None, self.finer))
 
     def columns(self, effect: PlacedEffect) -> FloatArray:
         """Of an effect at the other periods' motion, rows × joints × p."""
@@ -208,7 +208,7 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
     carried = torque + load_torque(robot, recording, everything)
     measured = whole.position, whole.velocity, whole.acceleration
     state = State(*measured, time, carried, recording.load, period)
-    own = _every(state, keep, 1)
+    own = state.part(keep)
     finer = _FINER if stride % _FINER == 0 else 1
     used = _away_from_standstill(robot, own, step, settings)
     other = _of_other_periods(own, period)
@@ -218,10 +218,10 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
     if positions is not None:
         found = motion(recording.time, positions, untrimmed)
         other = State(found.position, found.velocity, found.acceleration, time, carried, recording.load)
-        other = _every(other, keep, 1)
+        other = other.part(keep)
     return Part(
-        own=_every(own, slice(None), stride),
-        other=_every(other, slice(None), stride // finer),
+        own=own.part(slice(None, None, stride)),
+        other=other.part(slice(None, None, stride // finer)),
         torque=torque[keep][::stride],
         used=used[::stride],
         period=None if period is None else period // stride,
@@ -265,15 +265,6 @@ def _kept(recording: Recording, settings: Identification, stride: int) -> slice:
             f" allowed: at least {start + end + _FEWEST_ROWS * stride}"
         )
     return slice(start, start + rows * stride)
-
-
-def _every(state: State, keep: slice, stride: int) -> State:
-    parts = (state.position, state.velocity, state.acceleration)
-    position, velocity, acceleration = (np.ascontiguousarray(part[keep][::stride]) for part in parts)
-    assert state.time is not None
-    torque = None if state.torque is None else np.ascontiguousarray(state.torque[keep][::stride])
-    period = None if state.period is None else state.period // stride
-    return State(position, velocity, acceleration, state.time[keep][::stride], torque, state.load, period)
 
 
 def _away_from_standstill(robot: Robot, state: State, step: float, settings: Identification) -> BoolArray:

@@ -35,10 +35,7 @@ def shorter(state: State, period: int) -> State | None:
     left_out = (time.shape[0] - least) // period
     if left_out < 1:
         return None
-    kept = slice(0, time.shape[0] - left_out * period)
-    torque = None if state.torque is None else state.torque[kept]
-    motion = state.position[kept], state.velocity[kept], state.acceleration[kept]
-    return State(*motion, time[kept], torque, state.load, period)
+    return state.part(slice(0, time.shape[0] - left_out * period))
 
 
 def is_timeless(effect: PlacedEffect) -> bool:
