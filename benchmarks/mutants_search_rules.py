@@ -517,8 +517,8 @@ RULES = (
     Broken(
         "a motion goes on before the record as it began",
         "ident/effects/gear_state.py",
-        "        series = state.with_before(series, FORGOTTEN)\n",
-        "        pass\n",
+        "whole = series if state is None else state.with_before(series, FORGOTTEN)",
+        "whole = series",
     ),
     Broken(
         "a foot is turned by an arm that rocks with it",

@@ -41,11 +41,11 @@ def one_run(seed: int) -> dict[str, Any]:
     before: list[Refined] = []
 
     def kept(*given: Any) -> Refined:
-        before.append(given[3])
-        return mixed(*given)
+        before.append(certain(*given))
+        return before[-1]
 
-    mixed = refine.with_other_forms
-    with patch.object(refine, "with_other_forms", kept):
+    certain = refine.with_deviations
+    with patch.object(refine, "with_deviations", kept):
         found = search(
             ARM,
             seed,

@@ -8,6 +8,7 @@ import os
 for _library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
+import gc
 import signal
 import subprocess
 import sys
@@ -56,6 +57,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return float(mark.args[0]) if mark is not None else 0.0
 
     items.sort(key=asked, reverse=True)
+
+
+def pytest_collection_finish() -> None:
+    """What was collected stays: each search gives memory back, and would look through millions of objects."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.stats import chi2
 
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
+from ident.discrepancy.other_forms import of_other_forms
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Candidate
 from ident.effects.family import PlacedEffect
@@ -33,8 +35,9 @@ class Accepted:
         placed: the effect with its shape.
         linear, linear_sigma, shape_sigma: its parameters and their deviations.
         seen: which of its parameters the data show.
-        linear_of_forms, shape_of_forms: deviations more, of a form that the data hardly choose.
         size_sigma: of a factor of all its parameters, its shapes as fitted; 0 where nothing shows it.
+        of_forms: deviations more of its parameters, then of its shapes, of a form that the data hardly
+            choose; each is a search, so it is asked of what stays in the end.
     """
 
     robot: Robot
@@ -45,9 +48,8 @@ class Accepted:
     linear_sigma: FloatArray
     shape_sigma: FloatArray
     seen: BoolArray
-    linear_of_forms: FloatArray
-    shape_of_forms: FloatArray
     size_sigma: float
+    of_forms: Callable[[], FloatArray]
 
     @classmethod
     def of(cls, robot: Robot, component: Component, basis: Basis, refined: Refined, index: int) -> Accepted:
@@ -70,9 +72,8 @@ class Accepted:
             refined.linear_sigma[index],
             refined.shape_sigma[index],
             refined.seen[index],
-            refined.linear_of_forms[index],
-            refined.shape_of_forms[index],
             refined.size_sigma[index],
+            partial(of_other_forms, refined, index),
         )
 
     @property

@@ -165,6 +165,17 @@ class Course:
             else:
                 self.findings = self._in_motion()
 
+    def with_other_forms(self, found: Sequence[Finding]) -> list[Finding]:
+        """What stays in the end, with deviations that hold what other forms would make of its sizes.
+
+        Args:
+            found: one per finding, in their order.
+        """
+        return [
+            one.with_deviations_more(accepted.of_forms())
+            for one, accepted in zip(found, self.findings, strict=True)
+        ]
+
     def _contradicted(self, found: Sequence[Finding]) -> list[int]:
         """Findings that other motion speaks against, but for the first.
 

@@ -14,7 +14,6 @@ between blocks of time than it would on white rows (a quasi-likelihood, Wedderbu
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -24,7 +23,6 @@ from ident.discrepancy.examination import Examination
 from ident.discrepancy.fitted import fitted
 from ident.discrepancy.refined import Refined, left_beside, with_deviations
 from ident.discrepancy.shape_search import best_shapes
-from ident.parameters.present import Present
 from robots.arrays import FloatArray
 
 _WIDTH, _EVALUATIONS = 0.5, 16
@@ -34,48 +32,41 @@ _LEAST = 1e-3
 """Likelihood over that of the best form below which a form changes no deviation that is seen."""
 
 
-def with_other_forms(
-    examination: Examination, components: Sequence[Component], present: Present, refined: Refined
-) -> Refined:
-    """The same effects and sizes, with the deviations that other forms make of them.
+def of_other_forms(refined: Refined, number: int) -> FloatArray:
+    """(p + s,) what other forms of an effect make of the deviations of its parameters and shapes.
 
     A form is a value of a shape that takes a few alone. In closed loop each would be a search by simulations,
     and none is tried.
 
     Args:
-        examination: of the present model.
-        components: at their best shapes.
-        present: the model that columns are made of.
-        refined: what came of these.
+        refined: effects at their best shapes.
+        number: of the effect.
     """
-    if examination.simulated:
-        return refined
-    best = left_beside(examination, fitted(examination, components, present))
-    likely: dict[int, list[tuple[float, Refined]]] = {}
-    for number, form in _forms(examination, components):
-        shaped = best_shapes(examination, form, present, _WIDTH, _EVALUATIONS, of=[number])
-        try:
-            left = left_beside(examination, fitted(examination, shaped, present))
-        except ArithmeticError:
-            continue  # the present model explains all that this form does
-        weight = likelihood(left, best, examination)
-        if weight > _LEAST:
-            other = with_deviations(examination, shaped, present)
-            likely.setdefault(number, []).append((weight, other))
-    linear, shapes = list(refined.linear_of_forms), list(refined.shape_of_forms)
-    for number, others in likely.items():
-        shares = np.array([1.0, *(weight for weight, _ in others)])
-        fits = [refined, *(other for _, other in others)]
-        linear[number] = of_sizes(number, refined, others)
-        of_shapes = beyond(
-            shares,
-            [np.array(one.effects[number].shape) for one in fits],
-            [one.shape_sigma[number] for one in fits],
-        )
-        # A form itself is one of a few: it has no deviation.
-        free = [not shape.fixed for shape in components[number].shapes(examination)]
-        shapes[number] = np.where(free, of_shapes, 0.0)
-    return replace(refined, linear_of_forms=tuple(linear), shape_of_forms=tuple(shapes))
+    examination, components, present = refined.examination, refined.components, refined.present
+    own, others = refined.effects[number], list[tuple[float, Refined]]()
+    if not examination.simulated:
+        best = left_beside(examination, fitted(examination, components, present))
+        for form in _forms(examination, components, number):
+            shaped = best_shapes(examination, form, present, _WIDTH, _EVALUATIONS, of=[number])
+            try:
+                left = left_beside(examination, fitted(examination, shaped, present))
+            except ArithmeticError:
+                continue  # the present model explains all that this form does
+            weight = likelihood(left, best, examination)
+            if weight > _LEAST:
+                others.append((weight, with_deviations(examination, shaped, present)))
+    if not others:
+        return np.zeros(len(own.parameters) + len(own.shape))
+    shares = np.array([1.0, *(weight for weight, _ in others)])
+    fits = [refined, *(other for _, other in others)]
+    of_shapes = beyond(
+        shares,
+        [np.array(one.effects[number].shape) for one in fits],
+        [one.shape_sigma[number] for one in fits],
+    )
+    # A form itself is one of a few: it has no deviation.
+    free = [not shape.fixed for shape in components[number].shapes(examination)]
+    return np.concatenate([of_sizes(number, refined, others), np.where(free, of_shapes, 0.0)])
 
 
 def of_sizes(number: int, refined: Refined, others: Sequence[tuple[float, Refined]]) -> FloatArray:
@@ -98,16 +89,16 @@ def of_sizes(number: int, refined: Refined, others: Sequence[tuple[float, Refine
 
 
 def _forms(
-    examination: Examination, components: Sequence[Component]
-) -> Iterator[tuple[int, list[Component]]]:
-    """Each effect in turn with each other value of each of its forms, the others as they are."""
-    for number, one in enumerate(components):
-        for index, shape in enumerate(one.shapes(examination)):
-            for value in shape.grid if shape.fixed else ():
-                if value != one.shape[index]:
-                    moved = (*one.shape[:index], value, *one.shape[index + 1 :])
-                    changed = Component(one.family, one.place, moved)
-                    yield number, [*components[:number], changed, *components[number + 1 :]]
+    examination: Examination, components: Sequence[Component], number: int
+) -> Iterator[list[Component]]:
+    """An effect with each other value of each of its forms, the others as they are."""
+    one = components[number]
+    for index, shape in enumerate(one.shapes(examination)):
+        for value in shape.grid if shape.fixed else ():
+            if value != one.shape[index]:
+                moved = (*one.shape[:index], value, *one.shape[index + 1 :])
+                changed = Component(one.family, one.place, moved)
+                yield [*components[:number], changed, *components[number + 1 :]]
 
 
 def likelihood(left: FloatArray, best: FloatArray, examination: Examination) -> float:

@@ -9,7 +9,6 @@ import numpy as np
 from ident.discrepancy.component import Component
 from ident.discrepancy.examination import Examination
 from ident.discrepancy.fitted import fitted
-from ident.discrepancy.other_forms import with_other_forms
 from ident.discrepancy.refined import Refined, with_deviations
 from ident.discrepancy.shape_search import best_shapes
 from ident.parameters.present import Present
@@ -41,7 +40,7 @@ def refit(examination: Examination, components: Sequence[Component], present: Pr
     for _ in range(0 if examination.simulated else _ROUNDS):
         present = _beside(examination, best, present, alone)
         best = best_shapes(examination, best, present, 0.1, _EVALUATIONS)
-    return with_other_forms(examination, best, present, with_deviations(examination, best, present))
+    return with_deviations(examination, best, present)
 
 
 def _beside(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,22 +31,24 @@ class Refined:
     """Effects at their best shapes.
 
     Attributes:
+        examination, components, present: the rows, the effects at these shapes, and the model that columns
+            are made of.
         effects: with their shapes.
         linear: per effect, its linear parameters (p,).
         linear_sigma, shape_sigma: per effect, standard deviations.
         seen: per effect, which of its parameters the data show.
-        linear_of_forms, shape_of_forms: per effect, deviations more, of a form that the data hardly choose.
         size_sigma: per effect, deviation of a factor of all its parameters, its shapes as fitted; 0 where the
             data do not show it.
     """
 
+    examination: Examination = field(repr=False)
+    components: tuple[Component, ...]
+    present: Present = field(repr=False)
     effects: tuple[PlacedEffect, ...]
     linear: tuple[FloatArray, ...]
     linear_sigma: tuple[FloatArray, ...]
     shape_sigma: tuple[FloatArray, ...]
     seen: tuple[BoolArray, ...]
-    linear_of_forms: tuple[FloatArray, ...]
-    shape_of_forms: tuple[FloatArray, ...]
     size_sigma: tuple[float, ...]
 
 
@@ -77,13 +79,14 @@ def with_deviations(examination: Examination, components: Sequence[Component], p
         )
     ]
     return Refined(
+        examination,
+        tuple(components),
+        present,
         effects,
         factors,
         fit.of_effects(sigma),
         tuple(per_shape),
         tuple(factor > 0.0 for factor in fit.of_effects(np.linalg.norm(fit.columns, axis=0))),
-        tuple(np.zeros_like(factor) for factor in factors),
-        tuple(np.zeros_like(one) for one in per_shape),
         _of_sizes(examination, effects, factors, (matrix, whole, residual)),
     )
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
+
+import numpy as np
 
 from ident.discrepancy.binned_residual import BinnedResidual
 from ident.discrepancy.confirmation import Confirmation
@@ -104,6 +106,12 @@ class Finding:
     """Of the name at its place."""
     held: tuple[Possible, ...]
     """What is possible there, the likeliest first, as far as it takes for 95 %."""
+
+    def with_deviations_more(self, more: FloatArray) -> Finding:
+        """The same, its parameters with deviations (k,) beside those that they have, each in its unit."""
+        sigmas = np.hypot([one.sigma for one in self.parameters], more)
+        pairs = zip(self.parameters, sigmas, strict=True)
+        return replace(self, parameters=tuple(replace(one, sigma=float(sigma)) for one, sigma in pairs))
 
     def words(self) -> str:
         """The finding as a sentence."""

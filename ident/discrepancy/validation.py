@@ -176,10 +176,8 @@ class Validation:
 def _parameters(accepted: Accepted) -> tuple[FoundParameter, ...]:
     effect = accepted.placed
     shapes = accepted.component.family.shapes(accepted.robot, effect.place)
-    sigma = np.hypot(accepted.linear_sigma, accepted.linear_of_forms)
-    linear = zip(effect.parameters, accepted.linear, sigma, strict=True)
-    sigma = np.hypot(accepted.shape_sigma, accepted.shape_of_forms)
-    shaped = zip(shapes, effect.shape, sigma, strict=True)
+    linear = zip(effect.parameters, accepted.linear, accepted.linear_sigma, strict=True)
+    shaped = zip(shapes, effect.shape, accepted.shape_sigma, strict=True)
     return (
         *(FoundParameter(p.name, float(v), float(s), p.unit, False) for p, v, s in linear),
         *(FoundParameter(shape.name, v, float(s), shape.unit, True) for shape, v, s in shaped),

@@ -19,7 +19,7 @@ import numpy as np
 from ident.effects.chain import chain_frames
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.foot import AXES, FootSpring, inertia_on_foot
-from ident.effects.gear_state import finer, lag_between_samples
+from ident.effects.gear_state import Course, between, inertias, lag_between_samples
 from ident.effects.placed import Family, Law, Parameters, Parts
 from ident.effects.simulated import SimulatedParts
 from ident.effects.state import State
@@ -64,13 +64,16 @@ def _make(
             return np.zeros((samples, n, 1))
         rigid, turned = state.once(present, "foot", lambda: _on_firm_ground(present, state))
         step = float(state.time[1] - state.time[0])
-        turning = np.maximum(turned, _LEAST * inertia) + own
+        turning = state.once(
+            present, "foot's turning", lambda: inertias(np.maximum(turned, _LEAST * inertia), state)
+        )
         rocking, moment = np.zeros((samples, 3, AXES)), rigid[:, :AXES]
         for _ in range(_ROUNDS):
-            for axis in axes:
-                # The foot leans the way that the arm pushes it.
-                course, damped = finer(turning[:, axis], -moment[:, axis], state), float(damping[axis])
-                lean = lag_between_samples(course, step, 1.0 / compliance, damped, 0.0)
+            # The foot leans the way that the arm pushes it.
+            pushes, before = between(-moment[:, axes], state)
+            for axis, push in zip(axes, pushes, strict=True):
+                course = Course(turning[axis] + own, push, before)
+                lean = lag_between_samples(course, step, 1.0 / compliance, float(damping[axis]), 0.0)
                 rocking[:, :, axis] = np.stack(lean, axis=1)
             torque = present.foot_torque(state, rocking)
             moment = torque[:, :AXES] - turned * rocking[:, 2]

@@ -73,18 +73,30 @@ def lag_of_link(
 def finer(inertia: FloatArray, load: FloatArray, state: State | None = None) -> Course:
     """Inertia and load (samples,) with points between the samples.
 
-    A straight line between samples takes a tenth off a torque of a sixth of the sampling rate. The inertia
-    stays within its samples: where it jumps a spline would go below nothing.
-
     Args:
         inertia, load: of a motion.
         state: the motion, which goes on before its first sample; None where it begins at rest.
     """
-    series = np.stack([inertia, load], axis=1)
-    if state is not None:
-        series = state.with_before(series, FORGOTTEN)
-    points = np.ascontiguousarray(EvenSpline(series).with_between(_PARTS).T)
-    return Course(np.clip(points[0], inertia.min(), inertia.max()), points[1], series.shape[0] - inertia.size)
+    (turned, pushed), before = between(np.stack([inertia, load], axis=1), state)
+    return Course(np.clip(turned, inertia.min(), inertia.max()), pushed, before)
+
+
+def inertias(turned: FloatArray, state: State) -> FloatArray:
+    """Inertias (samples, k) of a motion with points between, k × finer samples, each within its samples.
+
+    Where one jumps a spline would go below nothing.
+    """
+    return np.clip(between(turned, state)[0].T, turned.min(axis=0), turned.max(axis=0)).T
+
+
+def between(series: FloatArray, state: State | None) -> tuple[FloatArray, int]:
+    """Series (samples, k) with points between, k × finer samples, and how many samples are before the first.
+
+    A straight line between samples takes a tenth off a torque of a sixth of the sampling rate.
+    """
+    whole = series if state is None else state.with_before(series, FORGOTTEN)
+    points = np.ascontiguousarray(EvenSpline(whole).with_between(_PARTS).T)
+    return points, whole.shape[0] - series.shape[0]
 
 
 def lag_between_samples(

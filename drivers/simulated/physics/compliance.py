@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 
@@ -36,28 +37,28 @@ class Resonance:
     """
 
     def __init__(self, robot: Robot, chain: Chain, transmission: FloatArray, drives: Records) -> None:
+        self._robot, self._chain, self._transmission = robot, chain, transmission
         self._rotor = np.maximum(drives["inertia"], 1e-9)
+
+    @cached_property
+    def _outputs(self) -> FloatArray:
+        """(postures, d) inertia at the outputs, kg·m²; asked for where a gear gives way."""
         rng = np.random.default_rng(0)
-        smallest = np.full(len(transmission), np.inf)
-        typical = []
-        for _ in range(_POSTURES):
-            links = links_at(chain, rng.uniform(robot.lower, robot.upper))
-            # A shaft that no body hangs on still has its joint's smallest share of the arm.
-            mobility = np.einsum("ij,jk,ik->i", transmission, np.linalg.pinv(links), transmission)
-            inertia = 1.0 / np.maximum(mobility, 1e-12)
-            smallest = np.minimum(smallest, inertia)
-            typical.append(inertia)
-        self._output = np.median(typical, axis=0)
-        self._smallest_output = smallest
+        postures = [rng.uniform(self._robot.lower, self._robot.upper) for _ in range(_POSTURES)]
+        links = np.array([links_at(self._chain, posture) for posture in postures])
+        there = self._transmission
+        # A shaft that no body hangs on still has its joint's smallest share of the arm.
+        mobility = np.einsum("ij,pjk,ik->pi", there, np.linalg.pinv(links), there)
+        return np.asarray(1.0 / np.maximum(mobility, 1e-12))
 
     def reduced_inertia(self, drive: int) -> float:
         """Of rotor and output swinging against each other in a middling posture, kg·m²."""
-        a, b = self._rotor[drive], self._output[drive]
+        a, b = self._rotor[drive], np.median(self._outputs[:, drive])
         return float(a * b / (a + b))
 
     def highest(self, drive: int, stiffness: float) -> float:
         """Highest angular frequency of a stiffness over the postures, rad/s."""
-        return float(math.sqrt(stiffness * (1.0 / self._rotor[drive] + 1.0 / self._smallest_output[drive])))
+        return float(math.sqrt(stiffness * (1.0 / self._rotor[drive] + 1.0 / self._outputs[:, drive].min())))
 
 
 def links_at(chain: Chain, position: FloatArray) -> FloatArray:

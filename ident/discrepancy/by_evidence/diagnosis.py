@@ -135,7 +135,7 @@ def _answer(question: Question, loop: InLoop, held: tuple[PreparedRecording, ...
     loops = validation.loop_gaps(validation.loop_run(first) if findings else last, last)
     return Diagnosis(
         verdict=verdict,
-        findings=tuple(weighed(one, question.robot) for one in findings),
+        findings=tuple(weighed(one, question.robot) for one in course.with_other_forms(findings)),
         rejected=tuple(weighed(one, question.robot) for one in rejected),
         ranking=ranking,
         unexplained=left.unexplained,

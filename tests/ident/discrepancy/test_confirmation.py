@@ -371,9 +371,8 @@ def accepted(
         np.array(sigma),
         np.array(spread or (0.0,) * len(chosen)),
         np.ones(len(linear), dtype=np.bool_),
-        np.zeros(len(linear)),
-        np.zeros(len(chosen)),
         size,
+        lambda: np.zeros(len(linear) + len(chosen)),
     )
 
 

@@ -37,7 +37,6 @@ def test_shapes_are_fitted_where_columns_are_not_simulated(
 
     monkeypatch.setattr(shape_search, "solve", solve)
     monkeypatch.setattr(module, "with_deviations", lambda examination, components, *rest: components[0])
-    monkeypatch.setattr(module, "with_other_forms", lambda examination, components, present, found: found)
     monkeypatch.setattr(module, "_beside", lambda examination, components, present, alone: present)
     robot = robots.load("tx40")
     examination: Any = SimpleNamespace(
@@ -77,7 +76,6 @@ def test_columns_in_the_whole_model_are_made_of_the_plain_one(monkeypatch: pytes
     monkeypatch.setattr(module, "_beside", beside)
     monkeypatch.setattr(module, "best_shapes", lambda examination, components, *rest: components)
     monkeypatch.setattr(module, "with_deviations", lambda *given: None)
-    monkeypatch.setattr(module, "with_other_forms", lambda *given: None)
     examination: Any = SimpleNamespace(simulated=False)
     plain: Any = "plain"
     refit(examination, [], plain)
