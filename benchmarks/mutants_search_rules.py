@@ -27,9 +27,30 @@ RULES = (
     Broken(
         "a candidate is screened at the accepted misfit, too",
         _BY + "decide/screening.py",
-        "found.level.kappa > accepted",
-        "found.level.kappa > 1e9 * accepted",
+        "float(np.minimum(kappa, accepted[joint]))",
+        "float(kappa)",
         ("tests/ident/discrepancy/by_evidence/test_sets.py",),
+    ),
+    Broken(
+        "what makes rows rough is screened as it would leave them",
+        _BY + "decide/screening.py",
+        "1.0 if excess > _ROUGH else float(excess)",
+        "float(excess)",
+        ("tests/ident/discrepancy/by_evidence/test_sets.py",),
+    ),
+    Broken(
+        "what no other motion reaches stays, not confirmed",
+        "ident/discrepancy/course.py",
+        "unseen = [k for k, one in enumerate(found) if one.confirmation.unseen]",
+        "unseen = list[int]()",
+        ("tests/ident/discrepancy/test_course.py",),
+    ),
+    Broken(
+        "what is doubted is no finding that nothing is said of",
+        "ident/discrepancy/confirmation.py",
+        "return self.torque.of_nothing and not self.refuted",
+        "return self.torque.of_nothing",
+        ("tests/ident/discrepancy/test_confirmation.py",),
     ),
     Broken(
         "in a dead zone's direction the drive was asked, not the model",
@@ -41,7 +62,7 @@ RULES = (
     Broken(
         "where nothing is confirmed beside the rest, the rest goes",
         "ident/discrepancy/course.py",
-        "if moving < len(found) or len(gone) == len(found):",
+        "if moving < len(found) or len(gone) + len(unseen) == len(found):",
         "if True:",
         ("tests/ident/discrepancy/test_course.py",),
     ),

@@ -148,6 +148,11 @@ class Confirmation:
         return not self.reason
 
     @property
+    def unseen(self) -> bool:
+        """Whether data that was not fitted says nothing of it, for or against: it does not move where it acts."""
+        return self.torque.of_nothing and not self.refuted
+
+    @property
     def refuted(self) -> bool:
         """Whether data that was not fitted speaks against it, or it may as well be nothing.
 

@@ -179,6 +179,13 @@ def test_what_is_told_from_all_of_a_finding_speaks_for_something_that_is_only_li
     assert Shown(1.0, 0.01).nats_against(0.1) == 0.0
 
 
+def test_what_is_doubted_is_nothing_that_recordings_just_say_nothing_of() -> None:
+    nothing = Shown(0.0, 0.0)
+    assert Confirmation(nothing, None).unseen and not Confirmation(SURE, None).unseen
+    assert not Confirmation(nothing, None, "may be nothing").unseen
+    assert not Confirmation(nothing, Shown(0.1, 0.01)).unseen
+
+
 def test_the_form_of_a_finding_makes_its_share_less_sure() -> None:
     assert Shown(0.7, 0.03).to_form(0.04) == Shown(0.7, pytest.approx(0.05))
     assert Shown(0.0, 0.0).to_form(0.1).of_nothing

@@ -64,12 +64,13 @@ class _Validation:
 
 
 def validated(in_motion: str, at_reversals: str = "") -> tuple[str, str]:
-    """Names of what stays and of what is left out; small letters are not there, of ``?`` nobody knows."""
+    """Names of what stays and of what is left out; small letters are not there, of ``?`` nobody knows, and
+    where ``*`` acts nothing moves."""
     found: Any = [
         accepted(
             name,
-            share=0.4 if name == "?" else 1.0 if name.isupper() else -0.1 * k,
-            sigma=0.3 if name == "?" else 0.01,
+            share={"?": 0.4, "*": 0.0}.get(name, 1.0 if name.isupper() else -0.1 * k),
+            sigma={"?": 0.3, "*": 0.0}.get(name, 0.01),
         )
         for k, name in enumerate(in_motion + at_reversals)
     ]
@@ -96,6 +97,11 @@ def validated(in_motion: str, at_reversals: str = "") -> tuple[str, str]:
         ("", "r", "", "r"),
         ("a", "r", "a", "r"),
         ("", "?", "?", ""),
+        ("A*b", "", "A*", "b"),
+        ("*b", "", "*", "b"),
+        ("*?", "", "*?", ""),
+        ("A*", "r", "A*", "r"),
+        ("A", "*", "A*", ""),
     ],
 )
 def test_what_is_contradicted_beside_what_is_confirmed_is_taken_out(

@@ -131,7 +131,7 @@ def test_a_screened_candidate_is_as_likely_as_its_set() -> None:
     empty = without_effects(problem)
     wanted = candidates(problem.prepared.robot, [waves("nine", w9=1.0)])
     (one,) = screen(problem, empty, library(problem.rows, wanted, present_with(problem, empty)))
-    accepted = problem.level.changed(0, kappa=float(problem.misfit.accepted[0]))
+    accepted = problem.level.changed(0, kappa=float(problem.misfit.accepted[0]), excess=1.0)
     own, usual = (
         found_set(problem, (one.best,), level, ()).log_posterior - empty.log_posterior
         for level in (problem.level, accepted)
@@ -207,6 +207,27 @@ def with_a_late_form() -> Family:
     """A name of two forms: one that is a little wrong, and one that is right, but not on its grid."""
     late = replace(of_any_number((8.3,)), name="contact")
     return replace(waves("contact", w9=1.0, w13=0.1), forms=(late,))
+
+
+def spikes(q: FloatArray) -> FloatArray:
+    """What a drive at its limit lacks: nothing, but at the ends of the range, where it is much."""
+    return np.asarray(np.maximum(np.abs(q) - 0.97 * np.abs(q).max(), 0.0) / (0.03 * np.abs(q).max()))
+
+
+def test_what_makes_rows_rough_is_screened_as_it_would_leave_them() -> None:
+    """At the level of a set without it all that rows show of it is noise of theirs."""
+    search = searching(
+        problem_of(lambda q: 40.0 * spikes(q) + torque(q, w9=0.1)),
+        [family("spikes", lambda q, shape: spikes(q)), waves("nine", w9=1.0)],
+    )
+    problem = search.problem
+    empty = without_effects(problem)
+    assert empty.level.excess[0] > 2.0
+    present = present_with(problem, empty)
+    one = screen(problem, empty, library(problem.rows, search.wanted, present))[0]
+    assert one.candidate.family.name == "spikes"
+    fitted = found_set(problem, (one.best,), empty.level, (0,))
+    assert one.gain == pytest.approx(fitted.log_evidence - empty.log_evidence, rel=0.1)
 
 
 def order_of(search: Search) -> list[str]:
