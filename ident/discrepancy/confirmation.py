@@ -149,7 +149,7 @@ class Confirmation:
 
     @property
     def unseen(self) -> bool:
-        """Whether data that was not fitted says nothing of it, for or against: it does not move where it acts."""
+        """Whether data that was not fitted says nothing of it: it does not move where it acts."""
         return self.torque.of_nothing and not self.refuted
 
     @property

@@ -133,8 +133,8 @@ class Course:
         change that. Where nothing is confirmed beside all the rest, they go as well, what explains least
         first, until something is; if nothing ever is, all of them stay, not confirmed, but for what is
         contradicted beside the one that explains most. What the recordings say nothing of stays beside all
-        that: a drive that no other motion took to its limit. (Beside a base that gives way, of which other motion
-        showed 93 ± 174 %, the counterbalance of a real arm had 79 ± 384 %; alone it has 82 ± 9 %.)
+        that: a drive that no other motion took to its limit. (Beside a base that gives way, of which other
+        motion showed 93 ± 174 %, the counterbalance of a real arm had 79 ± 384 %; alone it has 82 ± 9 %.)
         """
         rejected: list[Finding] = []
         unconfirmed: tuple[Step, Step, list[Accepted], tuple[list[Finding], list[Finding], LoopRun]] | None
