@@ -92,9 +92,8 @@ def _gains(problem: Problem, found: Found, entries: Sequence[Entry]) -> FloatArr
     At the set's own κ, which is large where something is missing and takes up most of what an effect says;
     and, of a joint where it is above the accepted one, at that, which the right effect would leave: a drive
     that saturates pays for its rows before any other κ is tried, and had −12 nats for the 33 that it has.
-    Where rows hold what is not smooth, without that, too: beside rows 26 times as noisy as their noise
-    a saturation of 2050 nats was not among the first hundred, and a gain error of −0.91 was found with four
-    more effects in its place.
+    Where rows hold what is not smooth, without that, too: beside rows 26 times as noisy as their noise a
+    saturation of 2050 nats was not among the first hundred, and five names stood in its place.
     """
     rows, members = problem.rows, tuple(member.entry.white for member in found.members)
     products: LibraryProducts = rows.kept.of(
