@@ -30,9 +30,15 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(TO_BUILD + TO_COMMISSION + 6
 
 
 def cargo(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """The build tool of Rust in a folder."""
+    """The build tool of Rust in a folder; nobody debugs what it builds, and nothing is built twice."""
     return subprocess.run(
-        ["cargo", *words], cwd=folder, capture_output=True, text=True, timeout=TO_BUILD, check=False
+        ["cargo", *words],
+        cwd=folder,
+        env={**os.environ, "CARGO_PROFILE_DEV_DEBUG": "0", "CARGO_INCREMENTAL": "0"},
+        capture_output=True,
+        text=True,
+        timeout=TO_BUILD,
+        check=False,
     )
 
 
