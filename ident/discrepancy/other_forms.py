@@ -42,19 +42,7 @@ def of_other_forms(refined: Refined, number: int) -> FloatArray:
         refined: effects at their best shapes.
         number: of the effect.
     """
-    examination, components, present = refined.examination, refined.components, refined.present
-    own, others = refined.effects[number], list[tuple[float, Refined]]()
-    if not examination.simulated:
-        best = left_beside(examination, fitted(examination, components, present))
-        for form in _forms(examination, components, number):
-            shaped = best_shapes(examination, form, present, _WIDTH, _EVALUATIONS, of=[number])
-            try:
-                left = left_beside(examination, fitted(examination, shaped, present))
-            except ArithmeticError:
-                continue  # the present model explains all that this form does
-            weight = likelihood(left, best, examination)
-            if weight > _LEAST:
-                others.append((weight, with_deviations(examination, shaped, present)))
+    own, others = refined.effects[number], _likely_forms(refined, number)
     if not others:
         return np.zeros(len(own.parameters) + len(own.shape))
     shares = np.array([1.0, *(weight for weight, _ in others)])
@@ -65,8 +53,27 @@ def of_other_forms(refined: Refined, number: int) -> FloatArray:
         [one.shape_sigma[number] for one in fits],
     )
     # A form itself is one of a few: it has no deviation.
-    free = [not shape.fixed for shape in components[number].shapes(examination)]
+    free = [not shape.fixed for shape in refined.components[number].shapes(refined.examination)]
     return np.concatenate([of_sizes(number, refined, others), np.where(free, of_shapes, 0.0)])
+
+
+def _likely_forms(refined: Refined, number: int) -> list[tuple[float, Refined]]:
+    """Likelihood over that of the best form, and the fit, of each other form that deviations see."""
+    examination, components, present = refined.examination, refined.components, refined.present
+    forms = [] if examination.simulated else list(_forms(examination, components, number))
+    if not forms:
+        return []
+    found, best = [], left_beside(examination, fitted(examination, components, present))
+    for form in forms:
+        shaped = best_shapes(examination, form, present, _WIDTH, _EVALUATIONS, of=[number])
+        try:
+            left = left_beside(examination, fitted(examination, shaped, present))
+        except ArithmeticError:
+            continue  # the present model explains all that this form does
+        weight = likelihood(left, best, examination)
+        if weight > _LEAST:
+            found.append((weight, with_deviations(examination, shaped, present)))
+    return found
 
 
 def of_sizes(number: int, refined: Refined, others: Sequence[tuple[float, Refined]]) -> FloatArray:

@@ -62,11 +62,8 @@ def _make(
         samples, n = state.position.shape
         if state.time is None or samples < 2:
             return np.zeros((samples, n, 1))
-        rigid, turned = state.once(present, "foot", lambda: _on_firm_ground(present, state))
+        rigid, turned, turning = state.once(present, "foot", lambda: _on_firm_ground(present, state, inertia))
         step = float(state.time[1] - state.time[0])
-        turning = state.once(
-            present, "foot's turning", lambda: inertias(np.maximum(turned, _LEAST * inertia), state)
-        )
         rocking, moment = np.zeros((samples, 3, AXES)), rigid[:, :AXES]
         for _ in range(_ROUNDS):
             # The foot leans the way that the arm pushes it.
@@ -87,8 +84,13 @@ def _make(
     return Parameters(("rocking",), ("1",), ((0.0, 3.0),), (0.1,), (1.0,)), law, parts
 
 
-def _on_firm_ground(present: PresentModel, state: State) -> tuple[FloatArray, FloatArray]:
-    """Torque on foot and joints of a foot that stands still, and the inertia about its two axes."""
+def _on_firm_ground(
+    present: PresentModel, state: State, described: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Torque on foot and joints of a foot that stands still, and the inertia about its two axes.
+
+    That is once as the model says it, and once as a foot turns with it: of some body, with points between.
+    """
     samples = state.position.shape[0]
     still = np.zeros((samples, 3, AXES))
     rigid = present.foot_torque(state, still)
@@ -97,7 +99,7 @@ def _on_firm_ground(present: PresentModel, state: State) -> tuple[FloatArray, Fl
         turning = still.copy()
         turning[:, 2, axis] = 1.0
         about[:, axis] = (present.foot_torque(state, turning) - rigid)[:, axis]
-    return rigid, about
+    return rigid, about, inertias(np.maximum(about, _LEAST * described), state)
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

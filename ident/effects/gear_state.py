@@ -77,11 +77,11 @@ def finer(inertia: FloatArray, load: FloatArray, state: State | None = None) -> 
         inertia, load: of a motion.
         state: the motion, which goes on before its first sample; None where it begins at rest.
     """
-    (turned, pushed), before = between(np.stack([inertia, load], axis=1), state)
-    return Course(np.clip(turned, inertia.min(), inertia.max()), pushed, before)
+    pushed, before = between(load[:, np.newaxis], state)
+    return Course(inertias(inertia[:, np.newaxis], state)[0], pushed[0], before)
 
 
-def inertias(turned: FloatArray, state: State) -> FloatArray:
+def inertias(turned: FloatArray, state: State | None) -> FloatArray:
     """Inertias (samples, k) of a motion with points between, k × finer samples, each within its samples.
 
     Where one jumps a spline would go below nothing.

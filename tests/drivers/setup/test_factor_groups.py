@@ -253,7 +253,7 @@ def test_consistent_units_move_what_was_asked(tx40: Robot, seed: int) -> None:
         arm, devices = consistent(tx40, rng)
         assert refused(arm, devices) == []
         joint = int(rng.integers(arm.n))
-        degrees = float(rng.uniform(0.5, 1.0) * rng.choice([-1, 1]))
+        degrees = float(rng.uniform(0.5, 3.0) * rng.choice([-1, 1]))
         expected = np.zeros(arm.n)
         expected[joint] = degrees
         assert jogged(arm, devices, arm.joint[joint].name, degrees) == pytest.approx(expected, abs=0.01)

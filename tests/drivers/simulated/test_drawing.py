@@ -29,6 +29,8 @@ def test_every_effect_can_be_drawn() -> None:
 @pytest.mark.parametrize("size", [2.0, 6.0])
 def test_the_gap_is_as_large_as_asked_for(tx40: Robot, effect: str, size: float) -> None:
     drawn = draw_scenario(tx40, effect, 4, size)
+    again = draw_scenario(tx40, effect, 4, size)
+    assert again == drawn
     assert size <= drawn.ratio <= 1.5 * size
     ((name, axes),) = drawn.scenario.effects()
     assert (name, axes) == (effect, drawn.axes)
@@ -39,10 +41,9 @@ def test_the_gap_is_as_large_as_asked_for(tx40: Robot, effect: str, size: float)
 
 
 @pytest.mark.slow
-def test_seeds_draw_different_places_and_each_the_same_one_again(tx40: Robot) -> None:
-    drawn = [draw_scenario(tx40, "current_offset", seed, 3.0) for seed in range(6)]
-    assert len({one.axes for one in drawn}) >= 3
-    assert draw_scenario(tx40, "current_offset", 0, 3.0) == drawn[0]
+def test_seeds_draw_different_places(tx40: Robot) -> None:
+    drawn = [draw_scenario(tx40, "current_offset", seed, 3.0).axes for seed in range(6)]
+    assert len(set(drawn)) >= 3
 
 
 def test_an_effect_sits_where_it_is_allowed_or_nowhere(tx40: Robot) -> None:
