@@ -11,6 +11,69 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "what reversals show may have no name",
+        _BY + "reversals.py",
+        "odds[NO_NAME, first[1]] = ",
+        "_ = ",
+        ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
+    ),
+    Broken(
+        "what an effect makes of the loop's rows is simulated",
+        _BY + "decide/left_over.py",
+        "torque = problem.rows.thin(found.members[number].entry.placed)",
+        "torque = type(problem.rows).__base__.thin(problem.rows, found.members[number].entry.placed)",
+        ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
+    ),
+    Broken(
+        "other motion is asked of what reversals showed",
+        _BY + "taken.py",
+        "np.exp(TEMPERATURE * confirmation.torque",
+        "np.exp(0.0 * confirmation.torque",
+        ("tests/ident/discrepancy/by_evidence/test_weighed.py",),
+    ),
+    Broken(
+        "at reversals a form may be wrong by as much as what comes at once",
+        _BY + "taken.py",
+        "rough = of_reversals or ",
+        "rough = ",
+        ("tests/ident/discrepancy/by_evidence/test_weighed.py",),
+    ),
+    Broken(
+        "what reversals showed is not confirmed where its place may have no name",
+        _BY + "taken.py",
+        "nameless > 1.0 - SURE:",
+        "nameless > 1.0:",
+        ("tests/ident/discrepancy/by_evidence/test_weighed.py",),
+    ),
+    Broken(
+        "a law at standstill is asked where it is nearer",
+        "ident/discrepancy/validation.py",
+        "return self if float(np.log(farther).sum()) > 0.0 else self._described",
+        "return self._described",
+        ("tests/ident/discrepancy/test_shown_in_loop.py",),
+    ),
+    Broken(
+        "a law at standstill that recordings showed may be theirs alone",
+        "ident/discrepancy/validation.py",
+        "return self if float(np.log(farther).sum()) > 0.0 else self._described",
+        "return self",
+        ("tests/ident/discrepancy/test_shown_in_loop.py",),
+    ),
+    Broken(
+        "a shape at its limit has one side",
+        _BY + "decide/shapes.py",
+        "width = step / drop if at_limit else ",
+        "width = ",
+        ("tests/ident/discrepancy/by_evidence/test_sets.py",),
+    ),
+    Broken(
+        "what shows at reversals alone is no law of the speed of motion",
+        _BY + "library/candidates.py",
+        'None if form.shows == "reversal" else ',
+        "",
+        ("tests/ident/discrepancy/by_evidence/test_free_law.py",),
+    ),
+    Broken(
         "what leaves a parameter of the loop undetermined is not added",
         "ident/discrepancy/course.py",
         "        _ = step.examination.covariance  # raises where rows of the loop determine too little\n",
@@ -701,7 +764,7 @@ RULES = (
     Broken(
         "of what speaks against a name one in twenty does so by chance",
         f"{_BY}taken.py",
-        "_BY_CHANCE * before[key] + (1.0 - _BY_CHANCE) * value / whole",
+        "by_chance * before[key] + (1.0 - by_chance) * value / whole",
         "value / whole",
     ),
     Broken(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -119,14 +119,16 @@ class Course:
         whitening = self.first.examination.whitening
         return Step.of(base, self.prepared, prior, whitening, self.first.plain, simulated=False)
 
-    def validated(self, validation: Validation) -> tuple[list[Finding], list[Finding], LoopRun]:
+    def validated(
+        self, validation: Validation, weighed: Callable[[Finding], Finding] = lambda finding: finding
+    ) -> tuple[list[Finding], list[Finding], LoopRun]:
         """Findings that stay, those that data that was not fitted contradicts beside them, the final loop.
 
         A model is fitted again without what is contradicted: what is confirmed was fitted beside it. What was
         found at reversals was found beside all that moves, so of that nothing is taken away from under it; it
         goes alone, too, where it is refuted: a simulated loop that is a little wrong there explains itself by
         whatever the vocabulary has, and that does not last on other motion. That loop had the friction at
-        standstill that the same recordings showed, so it is asked of one with the description's.
+        standstill that the same recordings showed, so it is asked of the description's where that is nearer.
 
         What is doubted goes first: beside two delays that were not there a friction of which other motion
         showed 100.4 ± 0.5 % had gone. What the search itself doubts goes at once, since other motion does not
@@ -135,12 +137,17 @@ class Course:
         contradicted beside the one that explains most. What the recordings say nothing of stays beside all
         that: a drive that no other motion took to its limit. (Beside a base that gives way, of which other
         motion showed 93 ± 174 %, the counterbalance of a real arm had 79 ± 384 %; alone it has 82 ± 9 %.)
+
+        Args:
+            validation: recordings that were not fitted.
+            weighed: a finding with what they say of it in its probability, and in what confirms it.
         """
         rejected: list[Finding] = []
         unconfirmed: tuple[Step, Step, list[Accepted], tuple[list[Finding], list[Finding], LoopRun]] | None
         unconfirmed = None
         while True:
-            found, last = self._asked_of(validation)
+            asked, last = self._asked_of(validation)
+            found = [weighed(one) for one in asked]
             unseen = [k for k, one in enumerate(found) if one.confirmation.unseen]
             wrong = [k for k, one in enumerate(found) if not one.confirmation.passed and k not in unseen]
             confirmed, moving = len(found) - len(wrong) - len(unseen), len(self._in_motion())
@@ -197,8 +204,8 @@ class Course:
             whole = self.moving
             loops = (validation.loop_run(without), moving)
             if k >= len(self._in_motion()):
-                whole, described = self.step, validation.as_described
-                loops = (described.loop_run(without), described.loop_run(whole))
+                whole, likelier = self.step, validation.by_likelier_law(self.step)
+                loops = (likelier.loop_run(without), likelier.loop_run(whole))
             found.append(validation.finding(one, without, whole, loops))
         return found, last
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, Shape
@@ -100,13 +102,23 @@ def _breakaway(
     return Parameters(symbols, (unit, unit), (POSITIVE, late), scale), law, parts
 
 
-def _breakaway_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
+def _breakaway_at_once(
+    robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
+) -> tuple[Parameters, Law, Parts]:
+    """The same level alone: all of it is there as soon as the drive turns."""
+    parameters, law, parts = _make(robot, place, (*shape, 2.0), present)
+    return replace(parameters, symbols=("Fbreak",)), law, parts
+
+
+def _breakaway_speeds(robot: Robot, place: Place) -> tuple[Shape, ...]:
     limit = speed_limit(robot, drive_row(robot, place))
+    unit = f"{angle_unit(robot, place)}/s"
+    return (Shape("breakaway_speed", unit, (0.001 * limit,), 0.0002 * limit, _STATIC_SHARE * limit, True),)
+
+
+def _breakaway_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     unit = angle_unit(robot, place)
-    return (
-        Shape("breakaway_speed", f"{unit}/s", (0.001 * limit,), 0.0002 * limit, _STATIC_SHARE * limit, True),
-        Shape("presliding", unit, _PRESLIDING, 3e-5, 3e-3, True),
-    )
+    return (*_breakaway_speeds(robot, place), Shape("presliding", unit, _PRESLIDING, 3e-5, 3e-3, True))
 
 
 STRIBECK_FRICTION = Family(
@@ -124,9 +136,21 @@ STRIBECK_FRICTION = Family(
     equation="Fs·sign(q̇)·exp(−|q̇/speed|^exponent), on top of Coulomb friction, so Fs is the rise",
     row=40,
 )
+_BREAKAWAY = "friction to break away from standstill that is larger than friction in motion"
+BREAKAWAY_AT_ONCE = Family(
+    "static_friction",
+    _BREAKAWAY,
+    "drive",
+    each_drive,
+    _breakaway_at_once,
+    _breakaway_speeds,
+    on_top_of=("coulomb_friction",),
+    shows="reversal",
+    equation="`Fbreak` alone, with nothing that builds up over a way",
+)
 STATIC_FRICTION = Family(
     "static_friction",
-    "friction to break away from standstill that is larger than friction in motion",
+    _BREAKAWAY,
     "drive",
     each_drive,
     _breakaway,
@@ -134,6 +158,7 @@ STATIC_FRICTION = Family(
     on_top_of=("coulomb_friction",),
     confused_with=("stribeck_friction", "hysteresis"),
     shows="reversal",
+    forms=(BREAKAWAY_AT_ONCE,),
     history=True,
     settled_by="raise the torque of the resting joint slowly until it breaks away",
     told_from={

@@ -115,7 +115,7 @@ def _answer(question: Question, loop: InLoop, held: tuple[PreparedRecording, ...
     """What the recordings that were not fitted (``held``) say of the findings, and of what is left."""
     course, answer, first = loop.course, loop.answer, loop.course.first
     validation = validation_of(course, held, loop.standstill or question.standstill)
-    findings, rejected, last = course.validated(validation)
+    findings, rejected, last = course.validated(validation, lambda one: weighed(one, question.robot))
     loop.look_again(findings)
     nothing = _made_by_noise(course, answer, validation, findings)
     if nothing:
@@ -135,8 +135,8 @@ def _answer(question: Question, loop: InLoop, held: tuple[PreparedRecording, ...
     loops = validation.loop_gaps(validation.loop_run(first) if findings else last, last)
     return Diagnosis(
         verdict=verdict,
-        findings=tuple(weighed(one, question.robot) for one in course.with_other_forms(findings)),
-        rejected=tuple(weighed(one, question.robot) for one in rejected),
+        findings=tuple(course.with_other_forms(findings)),
+        rejected=tuple(rejected),
         ranking=ranking,
         unexplained=left.unexplained,
         description=description(verdict, left, ranking),

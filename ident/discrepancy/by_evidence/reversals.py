@@ -17,6 +17,7 @@ import numpy as np
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.left_over import misfit_of
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot, as_limit, probabilities
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, odds_beforehand
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside, root_mean_square
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
@@ -48,7 +49,7 @@ class AtReversals:
 
     Attributes:
         placed: with its shapes.
-        names: for it, nothing among them.
+        names: for it, nothing and something without a name among them; of other motion they know nothing.
     """
 
     placed: PlacedEffect
@@ -105,7 +106,8 @@ def likeliest_in_loop(
     if first not in sets or names.something < SURE or not _explains(exact, sets[first]):
         return None
     _log.info("the loop shows %s at %s, %.1f nats", *first, names.log_odds(first))
-    return AtReversals(forms[first], names)
+    odds[NO_NAME, first[1]] = odds[first] + float(np.log(odds_beforehand(exact, sets[first], 0)))
+    return AtReversals(forms[first], Slot(as_limit(probabilities(odds, forms), first)))
 
 
 def _quickest(screened: Sequence[Screened], entries: Sequence[Entry]) -> list[Screened]:

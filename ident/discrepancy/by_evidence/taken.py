@@ -10,6 +10,7 @@ from scipy.special import logit
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Named, Slot, smallest
 from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, form_error
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE
 from ident.discrepancy.by_evidence.library.candidates import is_friction
 from ident.discrepancy.by_evidence.report.answer import EvidenceFinding
 from ident.discrepancy.component import Component
@@ -92,36 +93,47 @@ def candidates_of(names: tuple[Named, ...] | list[Named]) -> tuple[Candidate, ..
 
 
 def weighed(finding: Finding, robot: Robot) -> Finding:
-    """A finding with its probability and its set after what speaks against it on data that was not fitted.
+    """A finding with its probability and its set after what data that was not fitted says of it.
 
     That was asked when all was fitted together, in torque and in the simulated loop, after the names had
-    their probabilities. What it takes from the name something without a name has. It is told at 95 %, so one
-    in twenty is by chance, and takes nothing.
+    their probabilities. What it takes from the name something without a name has. What speaks against a name
+    is told at 95 %, so one in twenty is by chance, and takes nothing. Of what reversals showed no other
+    motion was asked before, so something without a name has what that says for or against it; where too much
+    of the place has no name then, the name is not confirmed.
 
     Args:
         finding: with what confirms it.
         robot: of the diagnosis.
     """
-    placed = finding.placed
-    if not finding.confirmation.against or placed is None:
+    placed, confirmation = finding.placed, finding.confirmation
+    against, of_reversals = confirmation.against, confirmation.of_reversals
+    if not (against or of_reversals):
         return finding
-    form = form_error(form_of(robot, placed.name, placed.shape_names).rough, is_friction(placed))
-    kept = float(np.exp(-max(one.nats_against(form) for one in finding.confirmation.against)))
+    rough = of_reversals or form_of(robot, placed.name, placed.shape_names).rough
+    form = form_error(rough, is_friction(placed))
+    kept = float(np.exp(-max((one.nats_against(form) for one in against), default=0.0)))
+    by_chance = _BY_CHANCE if against else 0.0
     own, unknown = finding.probability, (NO_NAME, finding.joints)
     rest = {(one.name, one.joints): one.probability for one in finding.held}
     rest.pop((finding.effect, finding.joints), None)
     unlisted = max(float(np.finfo(np.float64).eps), 1.0 - own - sum(rest.values()))
     rest[unknown] = rest.get(unknown, 0.0) + unlisted
+    if of_reversals and not against:
+        rest[unknown] *= float(np.exp(TEMPERATURE * confirmation.torque.to_form(form).nats_of_no_name))
     whole = own * kept + sum(rest.values())
     before = {(finding.effect, finding.joints): own, **rest}
     after = {**before, (finding.effect, finding.joints): own * kept}
     names = tuple(
-        Named(*key, _BY_CHANCE * before[key] + (1.0 - _BY_CHANCE) * value / whole)
+        Named(*key, by_chance * before[key] + (1.0 - by_chance) * value / whole)
         for key, value in after.items()
     )
     held = smallest(tuple(sorted(names, key=lambda one: -one.probability)))
+    nameless = sum(one.probability for one in names if one.name in (NO_NAME, NOTHING[0]))
+    if of_reversals and not confirmation.unsure and nameless > 1.0 - SURE:
+        confirmation = replace(confirmation, unsure=f"{NO_NAME} is there with probability {nameless:.2f}")
     return replace(
         finding,
         probability=names[0].probability,
+        confirmation=confirmation,
         held=tuple(Possible(one.name, one.joints, one.probability) for one in held),
     )

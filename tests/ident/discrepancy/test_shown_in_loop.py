@@ -87,3 +87,37 @@ def test_an_arm_is_simulated_with_the_friction_at_standstill_that_it_has() -> No
     of_it = Validation((piece,), cast(Any, None), law).loop_run(step)[0]
     assert of_it is not None
     assert of_it.position == pytest.approx(same.position)
+
+
+class _ByTwoLaws(Validation):
+    """Errors of two joints by the law that was found, and by the description's."""
+
+    found = described = (np.zeros(2), "")
+
+    def loop_run(self, step: Any) -> LoopRun:
+        left, reason = step[self.standstill is None]
+        return (None, reason) if reason else run(np.tile(left, (SAMPLES, 1)))
+
+
+@pytest.mark.parametrize(
+    ("found", "described", "by_found"),
+    [
+        # Two arms that stick, and a law that the fitted recordings alone have.
+        (([4e-5, 2e-5], ""), ([2e-4, 4e-4], ""), True),
+        (([2e-4, 4e-4], ""), ([4e-5, 2e-5], ""), False),
+        # The nearer by all joints, each by its own size.
+        (([1e-6, 3e-3], ""), ([4e-6, 1e-3], ""), True),
+        (([1e-6, 5e-3], ""), ([4e-6, 1e-3], ""), False),
+        (([0.0, 1e-5], ""), ([1e-6, 1e-5], ""), True),
+        # What cannot be simulated by the one is asked of the other.
+        (([0.0, 0.0], "too quick"), ([1.0, 1.0], ""), False),
+        (([1.0, 1.0], ""), ([0.0, 0.0], "too quick"), True),
+    ],
+)
+def test_a_loop_is_asked_with_the_friction_at_standstill_that_other_recordings_bear_out(
+    found: tuple[list[float], str], described: tuple[list[float], str], by_found: bool
+) -> None:
+    validation = _ByTwoLaws((), cast(Any, None), (FrictionSign("tanh", 0.02),) * 2)
+    validation.__dict__["_described"] = _ByTwoLaws((), cast(Any, None))
+    likelier = validation.by_likelier_law(cast(Any, (found, described)))
+    assert (likelier is validation) is by_found

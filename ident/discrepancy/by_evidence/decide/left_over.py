@@ -8,7 +8,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem, root_mean_squa
 from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.kappa import SPREAD, OneJoint
-from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
+from ident.discrepancy.by_evidence.evidence.rows import Rows
 from robots.arrays import FloatArray
 
 ABOVE = 0.5
@@ -69,7 +69,7 @@ def usual_at(problem: Problem, found: Found, joint: int) -> float:
 
 def torque_of(problem: Problem, found: Found, number: int) -> FloatArray:
     """(n,) root mean square of a member's torque where the joints move, N·m (or N)."""
-    torque = effect_rows(problem.prepared, found.members[number].entry.placed) @ found.theta(number)[0]
+    torque = problem.rows.thin(found.members[number].entry.placed) @ found.theta(number)[0]
     return root_mean_square(problem.prepared, torque)
 
 

@@ -21,6 +21,9 @@ _EVALUATIONS = 14
 _STEP = 0.02
 """Of a shape's range, for the curvature."""
 
+_AT_LIMIT = 1e-6
+"""Of that step: nearer than this a shape is at its limit."""
+
 
 def refined(
     problem: Problem,
@@ -132,7 +135,11 @@ class _Search:
         return np.clip(np.where(outside, 2.0 * start - points, points), low, high)
 
     def _volume(self, limits: Sequence[tuple[float, float]]) -> float:
-        """Log of the posterior's width over that of the prior, shape by shape; fixed ones by their number."""
+        """Log of the posterior's width over that of the prior, shape by shape; fixed ones by their number.
+
+        About a largest value within its limits that is a normal density's; at a limit, where the next shapes
+        beyond it would be likelier, an exponential's on the one side that there is.
+        """
         entry, value = self.best_entry, self.best_value
         point = np.array(
             [inner(s, entry.placed.shape[k]) for k, s in zip(self.free, self._shapes(), strict=True)]
@@ -140,12 +147,14 @@ class _Search:
         volume = 0.0
         for index, ((low, high), shape) in enumerate(zip(limits, self._shapes(), strict=True)):
             step = _STEP * reach(shape)
-            drop = 0.0
+            drops = []
             for side in (-step, step):
                 tried = point.copy()
                 tried[index] = np.clip(point[index] + side, low, high)
-                drop += max(value - self.value_at(tried), 0.0)
-            width = np.sqrt(2.0 * np.pi) * step / np.sqrt(max(drop, 1e-6))
+                drops.append(max(value - self.value_at(tried), 0.0))
+            drop = max(sum(drops), 1e-6)
+            at_limit = min(point[index] - low, high - point[index]) < _AT_LIMIT * step
+            width = step / drop if at_limit else np.sqrt(2.0 * np.pi) * step / np.sqrt(drop)
             volume += float(np.log(min(1.0, width / (high - low))))
         fixed = [len(s.grid) for s in self.candidate.shapes if s.fixed]
         return volume - float(np.log(fixed).sum()) if fixed else volume

@@ -81,7 +81,7 @@ class Entry:
     @cached_property
     def is_law_of_speed(self) -> bool:
         """As :func:`is_law_of_speed`, kept as well."""
-        return is_law_of_speed(self.placed)
+        return is_law_of_speed(self.candidate.family, self.placed)
 
 
 def is_friction(placed: PlacedEffect) -> bool:
@@ -89,9 +89,9 @@ def is_friction(placed: PlacedEffect) -> bool:
     return _friction_of(placed) is not None
 
 
-def is_law_of_speed(placed: PlacedEffect) -> bool:
-    """Whether an effect is friction that follows its drive's speed, and nothing else besides."""
-    friction = _friction_of(placed)
+def is_law_of_speed(form: EffectFamily, placed: PlacedEffect) -> bool:
+    """Whether an effect is friction that follows a drive's speed where it moves, and nothing else."""
+    friction = None if form.shows == "reversal" else _friction_of(placed)
     return friction is not None and all(
         not isinstance(one.law, Bristle)
         and one.direction == 0

@@ -118,7 +118,7 @@ def test_what_follows_the_speed_and_nothing_else_is_a_law_of_it() -> None:
             shape = tuple(one.grid[0] for one in form.shapes(robot, place))
             effect = form.effect(robot, place, shape, present)
             assert isinstance(effect, Placed)
-            if is_law_of_speed(effect):
+            if is_law_of_speed(form, effect):
                 laws.add(family.name)
     assert laws >= {"viscous_friction", "coulomb_friction", *LAWS}
     assert laws.isdisjoint({"hysteresis", "static_friction", "load_dependent_friction", "dragging_brake"})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -11,6 +12,8 @@ import pytest
 from drivers.simulated.scenario import Scenario
 from ident.discrepancy.by_evidence import in_loop as in_loop_module
 from ident.discrepancy.by_evidence import reversals
+from ident.discrepancy.by_evidence.decide.left_over import torque_of
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows
 from ident.discrepancy.by_evidence.in_loop import InLoop
 from ident.discrepancy.by_evidence.reversals import likeliest_in_loop, posed_in_loop
@@ -35,6 +38,35 @@ def test_friction_that_falls_with_speed_is_named_at_its_drive(falling: LoopStep)
     assert found.names.log_odds(found.key) == pytest.approx(
         max(one.log_odds for one in found.names.names), abs=1e-9
     )
+
+
+@pytest.mark.parametrize(("usual", "odds"), [(1.0, 0.1), (1000.0, 1.0)])
+def test_something_without_a_name_is_as_likely_as_what_explains_no_more_than_every_arm_leaves(
+    falling: LoopStep, usual: float, odds: float
+) -> None:
+    """By what the simulated loop makes of it: its torque in the rows is that of a fall, which lags behind."""
+    problem = posed_in_loop(falling)
+    misfit = replace(problem.misfit, accepted=usual * problem.misfit.accepted)
+    found = likeliest_in_loop(replace(problem, misfit=misfit), FAMILIES, set(), {0})
+    assert found is not None
+    nameless = found.names.probability((NO_NAME, (0,)))
+    assert nameless / found.names.probability(found.key) == pytest.approx(odds, rel=0.02)
+
+
+def test_torque_at_reversals_is_that_of_the_simulated_loop(falling: LoopStep) -> None:
+    problem = posed_in_loop(falling)
+    rows = cast(LoopRows, problem.rows).exactly()
+    robot, place = falling.base.model.robot, Place("drive", (0,))
+    placed = family_named("hysteresis").effect(robot, place, (0.003,), falling.present)
+    answer = rows.loop.respond(placed)
+    assert answer is not None
+    found: Any = SimpleNamespace(
+        members=[SimpleNamespace(entry=SimpleNamespace(placed=placed))],
+        theta=lambda _: (np.array([2.0]), None),
+    )
+    squares = np.where(problem.prepared.used, 2.0 * answer[:, :, 0], 0.0) ** 2
+    expected = np.sqrt(squares.sum(axis=0) / problem.prepared.used.sum(axis=0))
+    assert torque_of(replace(problem, rows=rows), found, 0) == pytest.approx(expected)
 
 
 def test_what_was_found_is_no_further_effect(falling: LoopStep) -> None:

@@ -140,25 +140,32 @@ def test_a_screened_candidate_is_as_likely_as_its_set() -> None:
     assert one.log_odds == pytest.approx(usual, abs=1e-6)
 
 
-def test_the_best_shape_costs_what_integrating_over_all_costs() -> None:
-    """Laplace's method against an integral over the width of the prior."""
-    problem = problem_of(lambda q: torque(q, w9=0.5))
+@pytest.mark.parametrize(
+    ("hidden", "at", "there"),
+    [("w9", 9.0, (8.7, 9.3)), ("w12.2", 12.0, (11.5, 12.0))],
+    ids=["within", "beyond"],
+)
+def test_the_best_shape_costs_what_integrating_over_all_costs(
+    hidden: str, at: float, there: tuple[float, float]
+) -> None:
+    """Laplace's method against an integral over the width of the prior; also where the limit is likeliest."""
+    problem = problem_of(lambda q: torque(q, **{hidden: 0.5}))
     empty = without_effects(problem)
     present = present_with(problem, empty)
-    (one,) = candidates(problem.prepared.robot, [of_any_number((9.1,))])
+    (one,) = candidates(problem.prepared.robot, [of_any_number((at + 0.1 if at < 12.0 else 11.9,))])
 
     def set_of(value: float) -> tuple[Member, float]:
         placed = one.at(problem.prepared.robot, (value,), present)
         member = Member(Entry(one, placed, problem.rows.effect(placed)), 0.0)
         return member, found_set(problem, (member,), problem.level, ()).log_evidence
 
-    start, _ = set_of(9.1)
+    start, _ = set_of(one.shapes[0].grid[0])
     first = found_set(problem, (start,), problem.level, ())
     best = refined(problem, (start,), 0, first, present)
     value = best.entry.placed.shape[0]
-    assert value == pytest.approx(9.0, abs=0.05)
+    assert value == pytest.approx(at, abs=0.05)
     reference = set_of(value)[1]
-    whole, _ = quad(lambda x: float(np.exp(set_of(x)[1] - reference)), 8.7, 9.3, limit=30, epsrel=1e-2)
+    whole, _ = quad(lambda x: float(np.exp(set_of(x)[1] - reference)), *there, limit=30, epsrel=1e-2)
     assert best.volume == pytest.approx(np.log(whole / (WIDTH[1] - WIDTH[0])), abs=0.25)
 
 

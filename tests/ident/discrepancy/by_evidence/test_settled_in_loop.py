@@ -307,7 +307,7 @@ def test_drives_hold_at_standstill_as_fitted_recordings_show_it() -> None:
     class Asked(Exception):
         """Which recordings and which law."""
 
-    def validated(validation: Validation) -> None:
+    def validated(validation: Validation, weighed: object) -> None:
         raise Asked(validation.prepared, validation.whitening, validation.standstill)
 
     first = SimpleNamespace(examination=SimpleNamespace(of_noise="noise with all that does not repeat"))

@@ -97,6 +97,47 @@ def test_other_names_keep_their_odds() -> None:
     assert left.probability == pytest.approx(one_in_twenty(0.6, after), rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("seen", "before", "after"),
+    [
+        # Four right static frictions, and two that a loop made up where something else repeats.
+        (Shown(1.07, 0.08), 0.909, 0.946),
+        (Shown(0.90, 0.08), 0.909, 0.933),
+        (Shown(0.71, 0.09), 0.909, 0.910),
+        (Shown(0.0, 0.0), 0.909, 0.909),
+        (Shown(0.82, 0.31), 0.5, 0.536),
+        (Shown(1.19, 0.36), 0.5, 0.604),
+    ],
+)
+def test_of_what_reversals_showed_other_motion_speaks_for_the_name_or_for_what_has_none(
+    seen: Shown, before: float, after: float
+) -> None:
+    """Where too much of its place has no name, the name is not confirmed."""
+    one = finding("static_friction", Confirmation(seen, seen, of_reversals=True), before)
+    left = weighed(one, TX40)
+    odds = before / (1.0 - before) * np.exp(-0.5 * seen.to_form(0.3).nats_of_no_name)
+    assert left.probability == pytest.approx(odds / (1.0 + odds))
+    assert left.probability == pytest.approx(after, abs=1e-3)
+    assert left.confirmation.passed is (after > 0.9 and not seen.of_nothing)
+    words = f"something without a name is there with probability {1.0 - after:.2f}"
+    assert left.confirmation.unsure == ("" if after > 0.9 else words)
+    assert replace(left, probability=before, held=one.held, confirmation=one.confirmation) == one
+
+
+def test_of_what_the_moving_arm_shows_that_is_in_its_probability_already() -> None:
+    one = finding("static_friction", Confirmation(Shown(0.82, 0.31), None), 0.5)
+    assert weighed(one, TX40) is one
+
+
+def test_other_names_of_what_reversals_showed_keep_their_odds() -> None:
+    rival = Possible("stribeck_friction", JOINT, 0.3)
+    seen = Shown(1.0, 0.05)
+    one = finding("static_friction", Confirmation(seen, None, of_reversals=True), 0.6, rival)
+    left = {each.name: each.probability for each in weighed(one, TX40).held}
+    assert left["static_friction"] / left["stribeck_friction"] == pytest.approx(2.0)
+    assert sum(left.values()) == pytest.approx(1.0) and left["static_friction"] > 0.6
+
+
 def test_a_sure_name_can_lose_all_but_a_twentieth_of_its_probability() -> None:
     """Next to nothing is left beside a name of probability 1; and something without a name has more then."""
     one = finding("coulomb_friction", Confirmation(Shown(-900.0, 0.1), None), 1.0)
