@@ -11,6 +11,27 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "how a friction that motion showed turns its sign no moving row says",
+        _BY + "reversals.py",
+        "AS_NOT if turned else ",
+        "",
+        ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
+    ),
+    Broken(
+        "a joint that leaves more than usual is left alone at reversals",
+        _BY + "in_loop.py",
+        "if one.above > 1.0 - SURE}",
+        "if one.above > 1.0}",
+        ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
+    ),
+    Broken(
+        "what begins anywhere is looked for in the loop, too",
+        _BY + "reversals.py",
+        ", *scanned(rows, empty, wanted, present)]",
+        "]",
+        ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
+    ),
+    Broken(
         "what reversals show may have no name",
         _BY + "reversals.py",
         "odds[NO_NAME, first[1]] = ",
@@ -577,7 +598,7 @@ RULES = (
     Broken(
         "what explains no more than an arm leaves is as likely as not what has no name",
         f"{_BY}decide/no_name.py",
-        "OUTSIDE if torque[joint] > usual_at(problem, found, joint) else _AS_NOT",
+        "OUTSIDE if torque[joint] > usual_at(problem, found, joint) else AS_NOT",
         "OUTSIDE",
     ),
     Broken(

@@ -212,6 +212,7 @@ CONTACT = Family(
     _contact,
     _contact_shapes,
     confused_with=("gravity_spring", "cable_spring"),
+    shows="both",
     settled_by="clear the surroundings of the arm and record again: a contact is gone",
     told_from={
         "gravity_spring": (

@@ -44,9 +44,6 @@ ANY_LAW = (
 _MOST = 3
 """Effects beside which nothing more is looked for."""
 
-_LEFT_BY_MOTION = 0.08
-"""Of the noise's energy: a joint on which findings leave more in motion is left alone."""
-
 
 @dataclass
 class InLoop:
@@ -92,8 +89,9 @@ class InLoop:
         found = self.course.findings
         families = [family for family in self.families if family.shows != "motion"]
         known = {(effect.name, effect.place.joints) for effect in self.course.step.placed}
+        known |= confusable_with_found(found)
         joints = set(range(problem.rows.n)) - self.left_alone()
-        one = likeliest_in_loop(problem, families, known | confusable_with_found(found), joints)
+        one = likeliest_in_loop(problem, families, known, joints, [finding.placed for finding in found])
         if one is not None:
             self._add(in_loop, one)
         elif not found and not self.more_in_motion():
@@ -114,12 +112,11 @@ class InLoop:
             self._tell(posed_in_loop(reversing))
 
     def left_alone(self) -> set[int]:
-        """Joints (from 0) of findings that have more than one name, and those that leave much in motion."""
+        """Joints (from 0) of findings that have more than one name, and those that leave more than usual."""
         if not self.course.findings:
             return set()
-        examination = self.course.step.examination
-        left = examination.excess_of_joints > _LEFT_BY_MOTION * examination.rows_of_joints
-        return joints_not_told(self.course.findings) | set(np.flatnonzero(left).tolist())
+        above = {one.joint - 1 for one in self.answer.joints if one.above > 1.0 - SURE}
+        return joints_not_told(self.course.findings) | above
 
     def _tell(self, problem: Problem) -> None:
         """A loop that does otherwise by any law of friction at standstill is no clean arm's."""

@@ -17,9 +17,10 @@ import numpy as np
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.left_over import misfit_of
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot, as_limit, probabilities
-from ident.discrepancy.by_evidence.decide.no_name import NO_NAME, odds_beforehand
+from ident.discrepancy.by_evidence.decide.no_name import AS_NOT, NO_NAME, odds_beforehand
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside, root_mean_square
+from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import LEADERS
 from ident.discrepancy.by_evidence.decide.shapes import refined
@@ -31,7 +32,13 @@ from ident.discrepancy.by_evidence.decide.state import (
     without_effects,
 )
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
-from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, candidates, library
+from ident.discrepancy.by_evidence.library.candidates import (
+    Candidate,
+    Entry,
+    candidates,
+    is_friction,
+    library,
+)
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.step import LoopStep, Step
 from ident.effects.family import EffectFamily, PlacedEffect
@@ -61,7 +68,11 @@ class AtReversals:
 
 
 def likeliest_in_loop(
-    problem: Problem, families: Sequence[EffectFamily], found: Collection[Key], joints: Collection[int]
+    problem: Problem,
+    families: Sequence[EffectFamily],
+    found: Collection[Key],
+    joints: Collection[int],
+    beside: Sequence[PlacedEffect] = (),
 ) -> AtReversals | None:
     """The likeliest effect at some joints beside a model in closed loop; None where nothing is as likely.
 
@@ -72,6 +83,9 @@ def likeliest_in_loop(
         families: that show at reversals.
         found: names and places that are no further effect.
         joints: from 0.
+        beside: what motion has shown. How a friction of these turns its sign no moving row says, and the law
+            of its drive is that of the friction before it: what is more at the same drive's reversals is as
+            likely as not that.
     """
     rows = problem.rows
     assert isinstance(rows, LoopRows)
@@ -82,7 +96,7 @@ def likeliest_in_loop(
         for one in candidates(problem.prepared.robot, families)
         if one.key not in found and set(one.place.joints) & set(joints)
     ]
-    entries = library(rows, wanted, present)
+    entries = [*library(rows, wanted, present), *scanned(rows, empty, wanted, present)]
     screened = screen(problem, empty, entries)
     quickest = _quickest(screened, entries)
     odds: dict[Key, float] = {NOTHING: 0.0}
@@ -106,7 +120,11 @@ def likeliest_in_loop(
     if first not in sets or names.something < SURE or not _explains(exact, sets[first]):
         return None
     _log.info("the loop shows %s at %s, %.1f nats", *first, names.log_odds(first))
-    odds[NO_NAME, first[1]] = odds[first] + float(np.log(odds_beforehand(exact, sets[first], 0)))
+    turned = is_friction(forms[first]) and any(
+        is_friction(one) and one.place.joints == first[1] for one in beside
+    )
+    beforehand = AS_NOT if turned else odds_beforehand(exact, sets[first], 0)
+    odds[NO_NAME, first[1]] = odds[first] + float(np.log(beforehand))
     return AtReversals(forms[first], Slot(as_limit(probabilities(odds, forms), first)))
 
 

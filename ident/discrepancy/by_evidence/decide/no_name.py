@@ -25,7 +25,7 @@ NO_NAME = "something without a name"
 OUTSIDE = 0.1
 """Prior odds of an effect that has no name: of eleven that an arm gets ten are in the vocabulary."""
 
-_AS_NOT = 1.0
+AS_NOT = 1.0
 """The same of one that explains no more than an arm leaves that nothing has happened to."""
 
 _IMITATED = 0.2
@@ -87,7 +87,7 @@ def odds_beforehand(problem: Problem, found: Found, number: int) -> float:
     """
     torque = torque_of(problem, found, number)
     joint = own_joint(found, number, torque)
-    return OUTSIDE if torque[joint] > usual_at(problem, found, joint) else _AS_NOT
+    return OUTSIDE if torque[joint] > usual_at(problem, found, joint) else AS_NOT
 
 
 def form_error(rough: bool, friction: bool) -> float:

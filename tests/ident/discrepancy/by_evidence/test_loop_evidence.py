@@ -53,6 +53,36 @@ def test_something_without_a_name_is_as_likely_as_what_explains_no_more_than_eve
     assert nameless / found.names.probability(found.key) == pytest.approx(odds, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("name", "drive", "odds"),
+    [("coulomb_friction", 0, 1.0), ("coulomb_friction", 1, 0.1), ("current_offset", 0, 0.1)],
+)
+def test_how_a_friction_that_motion_has_shown_turns_its_sign_is_not_told_from_another(
+    falling: LoopStep, name: str, drive: int, odds: float
+) -> None:
+    """Of a friction of the load that a loop turned as the rest a static friction was named at its drive."""
+    place = Place("drive", (0,))
+    effect: Any = family_named(name).effect(falling.base.model.robot, place, (), falling.present)
+    beside = [replace(effect, place=Place("drive", (drive,)))]
+    found = likeliest_in_loop(posed_in_loop(falling), FAMILIES, set(), {0}, beside)
+    assert found is not None and found.key == ("stribeck_friction", (0,))
+    nameless = found.names.probability((NO_NAME, (0,)))
+    assert nameless / found.names.probability(found.key) == pytest.approx(odds, rel=0.02)
+
+
+def test_what_only_the_end_of_a_motion_presses_against_is_found_there() -> None:
+    """The axis turns round 4 mm behind it, so hardly a moving row is there, and no place of a grid."""
+    ends_at = 0.0788
+    step = in_loop(
+        hidden({"contact": [{"joint": 1, "upper": ends_at - 4e-3, "stiffness": 500.0, "damping": 0.0}]})
+    )
+    families = [*FAMILIES, family_named("contact")]
+    found = likeliest_in_loop(posed_in_loop(step), families, set(), {0})
+    assert found is not None and found.key == ("contact", (0,))
+    assert found.placed.shape == pytest.approx((ends_at - 4e-3, 1.0), abs=2e-4)
+    assert found.names.probability(found.key) > 0.9
+
+
 def test_torque_at_reversals_is_that_of_the_simulated_loop(falling: LoopStep) -> None:
     problem = posed_in_loop(falling)
     rows = cast(LoopRows, problem.rows).exactly()
@@ -216,13 +246,12 @@ def test_no_look_beside_three_findings_nor_where_something_does_not_repeat(
 
 
 def test_a_joint_that_is_not_told_or_leaves_much_in_motion_is_left_alone() -> None:
-    """Noise has one for each row: of three joints one leaves 0.1 of that more, another 0.06."""
-    rows = np.array([1000, 1000, 1000])
-    examination = SimpleNamespace(excess_of_joints=np.array([100.0, 60.0, 0.0]), rows_of_joints=rows)
+    """More than an accepted model leaves: of one of three joints that is likely, of another it may be."""
     one = SimpleNamespace(joints=(3,), indistinguishable_from=())
-    nobody: Any = None
-    course: Any = SimpleNamespace(findings=[one], step=SimpleNamespace(examination=examination))
-    search = InLoop(course, nobody, ())
+    misfits = [SimpleNamespace(joint=k, above=above) for k, above in ((1, 0.11), (3, 0.0), (2, 0.09))]
+    answer: Any = SimpleNamespace(joints=misfits)
+    course: Any = SimpleNamespace(findings=[one])
+    search = InLoop(course, answer, ())
     assert search.left_alone() == {0}
     one.indistinguishable_from = (SimpleNamespace(joints=(3,)),)
     assert search.left_alone() == {0, 2}
