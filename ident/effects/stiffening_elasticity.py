@@ -16,8 +16,9 @@ from ident.effects.simulated import GearSpring, SimulatedParts
 from robots.arrays import FloatArray
 from robots.description import Robot
 
-_FREQUENCIES = (7.0, 10.0, 14.0, 20.0)
-"""Hz, of the links on the gear as soft as it is at rest: stiffer ones show no bend."""
+_FREQUENCIES = (7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0)
+"""Hz, of the links on the gear as soft as it is at rest. One of 50 Hz made three noise floors, and was a play
+or a soft gear while the stiffest had 20."""
 _LOAD = 0.1
 """Of the rated torque: the way by which it would bend a gear of the first stiffness makes the further one
 ``stiffening`` times that."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ident.effects import State
+from ident.effects.elastic_gear import link_inertia
 from ident.effects.placed import Family
 from ident.effects.vocabulary import VOCABULARY, confused_with
 from tests.ident.effects.test_vocabulary import MOTION, TIME, TX40, middle, present
@@ -46,6 +47,18 @@ def test_only_a_history_makes_what_was_before_matter(family: Family) -> None:
         end = slice(2 * size // 3, size - size // 10)
         shown = effect.columns(later)[end.start - size // 3 : end.stop - size // 3]
         np.testing.assert_allclose(shown, columns[end], atol=1e-3 * np.abs(columns).max())
+
+
+@pytest.mark.parametrize("name", ["joint_elasticity", "stiffening_elasticity"])
+@pytest.mark.parametrize("hertz", [7.0, 16.0, 33.0, 50.0])
+def test_a_gear_that_gives_way_begins_near_any_that_a_recording_shows(name: str, hertz: float) -> None:
+    """One that stiffens from 50 Hz on was a play, while the stiffest of the grid had 20 Hz."""
+    family = next(one for one in VOCABULARY if one.name == name)
+    for place in family.places(TX40):
+        compliance = family.shapes(TX40, place)[0]
+        there = 1.0 / (link_inertia(TX40, place.joints[0]) * (2.0 * np.pi * hertz) ** 2)
+        assert np.abs(np.log(np.array(compliance.grid) / there)).min() < np.log(1.5)
+        assert compliance.lower < there < compliance.upper
 
 
 def _from(sample: int) -> State:
