@@ -24,6 +24,8 @@ from ident.errors import IdentificationError
 from tests.ident.discrepancy.blind_search import hidden
 from tests.ident.discrepancy.by_evidence.reversal_search import FAMILIES, Course, in_loop, looked, looking
 
+FALLING = [family_named("stribeck_friction")]
+
 
 @pytest.fixture(scope="module")
 def falling() -> LoopStep:
@@ -47,7 +49,7 @@ def test_something_without_a_name_is_as_likely_as_what_explains_no_more_than_eve
     """By what the simulated loop makes of it: its torque in the rows is that of a fall, which lags behind."""
     problem = posed_in_loop(falling)
     misfit = replace(problem.misfit, accepted=usual * problem.misfit.accepted)
-    found = likeliest_in_loop(replace(problem, misfit=misfit), FAMILIES, set(), {0})
+    found = likeliest_in_loop(replace(problem, misfit=misfit), FALLING, set(), {0})
     assert found is not None
     nameless = found.names.probability((NO_NAME, (0,)))
     assert nameless / found.names.probability(found.key) == pytest.approx(odds, rel=0.02)
@@ -64,7 +66,7 @@ def test_how_a_friction_that_motion_has_shown_turns_its_sign_is_not_told_from_an
     place = Place("drive", (0,))
     effect: Any = family_named(name).effect(falling.base.model.robot, place, (), falling.present)
     beside = [replace(effect, place=Place("drive", (drive,)))]
-    found = likeliest_in_loop(posed_in_loop(falling), FAMILIES, set(), {0}, beside)
+    found = likeliest_in_loop(posed_in_loop(falling), FALLING, set(), {0}, beside)
     assert found is not None and found.key == ("stribeck_friction", (0,))
     nameless = found.names.probability((NO_NAME, (0,)))
     assert nameless / found.names.probability(found.key) == pytest.approx(odds, rel=0.02)
@@ -76,7 +78,7 @@ def test_what_only_the_end_of_a_motion_presses_against_is_found_there() -> None:
     step = in_loop(
         hidden({"contact": [{"joint": 1, "upper": ends_at - 4e-3, "stiffness": 500.0, "damping": 0.0}]})
     )
-    families = [*FAMILIES, family_named("contact")]
+    families = [*FALLING, family_named("contact")]
     found = likeliest_in_loop(posed_in_loop(step), families, set(), {0})
     assert found is not None and found.key == ("contact", (0,))
     assert found.placed.shape == pytest.approx((ends_at - 4e-3, 1.0), abs=2e-4)
