@@ -88,23 +88,6 @@ class Examination:
         held = 0 if self.prior is None else int(np.isfinite(np.diag(self.prior.covariance)).sum())
         return int(self.torque.shape[0]) - held
 
-    @cached_property
-    def excess_of_joints(self) -> FloatArray:
-        """(n,) residual sum of squares of each joint's rows, beyond one per row."""
-        joint = self.joint_of_rows
-        squares = np.bincount(joint, self.residual[: self.data_rows] ** 2 - 1.0, self.used.shape[1])
-        return np.asarray(squares)
-
-    @cached_property
-    def rows_of_joints(self) -> IntArray:
-        """(n,) how many rows are of each joint."""
-        return np.asarray(np.bincount(self.joint_of_rows, minlength=self.used.shape[1]))
-
-    @cached_property
-    def joint_of_rows(self) -> IntArray:
-        """(data rows,) which joint a whitened row is of."""
-        return self.whitening.joint_of_rows(self.segment, self.used)
-
     def whiten(self, thin: Sequence[FloatArray]) -> FloatArray:
         """Decimated columns per piece (rows × joints × p) as whitened rows (N, p), zero on the prior's."""
         white = self.whitening.apply(np.concatenate(thin), self.segment, self.used)

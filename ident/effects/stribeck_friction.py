@@ -72,9 +72,7 @@ def _breakaway(
     Before it slides a gear bends; where it bends farther than others, friction comes late at each reversal.
     """
     row, sign, (breakaway_speed, length) = drive_row(robot, place), friction_sign(robot), shape
-
-    def fall(speed: FloatArray) -> FloatArray:
-        return np.asarray(np.exp(-((speed / breakaway_speed) ** 2)))
+    level, of_level, parts_of_level = _breakaway_at_once(robot, place, (breakaway_speed,), present)
 
     def law(state: State) -> FloatArray:
         speed = state.velocity @ row
@@ -83,23 +81,26 @@ def _breakaway(
             # A drive that moves as the record begins has moved before: its first sample is no reversal.
             begun = float(np.sign(speed[0]))
             late = deflection(state.position @ row, length, begun) - sign(speed)
-        return along(row, sign(speed) * fall(speed), late)
+        return np.concatenate([of_level(state), along(row, late)], axis=2)
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(
             friction=(
-                FrictionTorque(row, values[0] * row, sign, speed_factor=fall),
+                *parts_of_level(values[:1]).friction,
                 FrictionTorque(row, values[1] * row, Bristle(length, "exponential")),
                 FrictionTorque(row, -values[1] * row, sign),
             )
         )
 
-    unit = torque_unit(robot, place)
-    symbols = ("Fbreak", "Flate")
-    scale = (0.7 * dry_friction(robot, place), 0.5 * dry_friction(robot, place))
     known, _ = present.drive_friction(place.joints[0])
     late = (0.0, known if known > 0.0 else np.inf)  # of more, what is left would push the drive on
-    return Parameters(symbols, (unit, unit), (POSITIVE, late), scale), law, parts
+    parameters = Parameters(
+        (*level.symbols, "Flate"),
+        level.units * 2,
+        (*level.bounds, late),
+        (*level.scale, 0.5 * dry_friction(robot, place)),
+    )
+    return parameters, law, parts
 
 
 def _breakaway_at_once(

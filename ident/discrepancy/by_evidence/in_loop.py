@@ -13,7 +13,7 @@ from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted
 from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import without_effects
-from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer
+from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, JointMisfit
 from ident.discrepancy.by_evidence.reversals import (
     AtReversals,
     beyond_margin,
@@ -115,8 +115,8 @@ class InLoop:
         """Joints (from 0) of findings that have more than one name, and those that leave more than usual."""
         if not self.course.findings:
             return set()
-        above = {one.joint - 1 for one in self.answer.joints if one.above > 1.0 - SURE}
-        return joints_not_told(self.course.findings) | above
+        more = {one.joint - 1 for one in self.answer.joints if _leaves_more(one)}
+        return joints_not_told(self.course.findings) | more
 
     def _tell(self, problem: Problem) -> None:
         """A loop that does otherwise by any law of friction at standstill is no clean arm's."""
@@ -142,7 +142,12 @@ class InLoop:
 
 def leaves_the_usual(answer: EvidenceAnswer) -> bool:
     """Beside what was found: where nothing repeats a residual is its own noise, but misfit is learned."""
-    return all(one.above <= 1.0 - SURE for one in answer.joints)
+    return not any(map(_leaves_more, answer.joints))
+
+
+def _leaves_more(joint: JointMisfit) -> bool:
+    """Whether it may well be that a joint leaves more than the accepted model does."""
+    return joint.above > 1.0 - SURE
 
 
 def _otherwise(problem: Problem) -> str:

@@ -83,9 +83,7 @@ def likeliest_in_loop(
         families: that show at reversals.
         found: names and places that are no further effect.
         joints: from 0.
-        beside: what motion has shown. How a friction of these turns its sign no moving row says, and the law
-            of its drive is that of the friction before it: what is more at the same drive's reversals is as
-            likely as not that.
+        beside: what motion has shown.
     """
     rows = problem.rows
     assert isinstance(rows, LoopRows)
@@ -120,12 +118,20 @@ def likeliest_in_loop(
     if first not in sets or names.something < SURE or not _explains(exact, sets[first]):
         return None
     _log.info("the loop shows %s at %s, %.1f nats", *first, names.log_odds(first))
-    turned = is_friction(forms[first]) and any(
-        is_friction(one) and one.place.joints == first[1] for one in beside
-    )
-    beforehand = AS_NOT if turned else odds_beforehand(exact, sets[first], 0)
-    odds[NO_NAME, first[1]] = odds[first] + float(np.log(beforehand))
+    odds[NO_NAME, first[1]] = odds[first] + _odds_of_no_name(exact, sets[first], beside)
     return AtReversals(forms[first], Slot(as_limit(probabilities(odds, forms), first)))
+
+
+def _odds_of_no_name(problem: Problem, found: Found, beside: Sequence[PlacedEffect]) -> float:
+    """Log odds of something without a name against the only effect of a set, before other motion is asked.
+
+    How a friction that motion has shown turns its sign no moving row says, and the law of its drive is that
+    of the friction before it: what is more at the same drive's reversals is as likely as not that.
+    """
+    (member,) = found.members
+    on_it = (one for one in beside if one.place.joints == member.candidate.key[1])
+    turned = member.is_friction and any(map(is_friction, on_it))
+    return float(np.log(AS_NOT if turned else odds_beforehand(problem, found, 0)))
 
 
 def _quickest(screened: Sequence[Screened], entries: Sequence[Entry]) -> list[Screened]:

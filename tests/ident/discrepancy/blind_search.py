@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 import robots
 from drivers.simulated import draw_truth
 from drivers.simulated.drawing import exercise
@@ -12,9 +14,11 @@ from drivers.simulated.scenario import Scenario
 from ident import BaseParameters, Recording
 from ident.discrepancy import Diagnosis, Prior, Question
 from ident.discrepancy.by_evidence import diagnose_with_evidence, prior_by_evidence
+from ident.discrepancy.examination import Examination
 from ident.effects.family import EffectFamily
 from ident.effects.vocabulary import VOCABULARY
 from robots import Robot
+from robots.arrays import FloatArray, IntArray
 
 
 def recorded(
@@ -24,6 +28,14 @@ def recorded(
     path = exercise(robot, duration=duration, seed=motion)
     run = simulate_offline(robot, draw_truth(robot, truth), path, scenario=scenario, periods=2, seed=seed)
     return Recording("blind", run.time, run.reference, run.position, run.control_signal)
+
+
+def beyond_noise(examination: Examination) -> tuple[FloatArray, IntArray]:
+    """(n,) residual sum of squares of each joint's rows beyond one per row, and (n,) how many these are."""
+    joint = examination.whitening.joint_of_rows(examination.segment, examination.used)
+    beyond = examination.residual[: examination.data_rows] ** 2 - 1.0
+    joints = examination.used.shape[1]
+    return np.bincount(joint, beyond, joints), np.bincount(joint, minlength=joints)
 
 
 def hidden(scenario: dict[str, object]) -> Scenario:

@@ -92,8 +92,6 @@ def test_an_arm_is_simulated_with_the_friction_at_standstill_that_it_has() -> No
 class _ByTwoLaws(Validation):
     """Errors of two joints by the law that was found, and by the description's."""
 
-    found = described = (np.zeros(2), "")
-
     def loop_run(self, step: Any) -> LoopRun:
         left, reason = step[self.standstill is None]
         return (None, reason) if reason else run(np.tile(left, (SAMPLES, 1)))

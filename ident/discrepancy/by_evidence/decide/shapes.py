@@ -147,12 +147,12 @@ class _Search:
         volume = 0.0
         for index, ((low, high), shape) in enumerate(zip(limits, self._shapes(), strict=True)):
             step = _STEP * reach(shape)
-            drops = []
+            drop = 0.0
             for side in (-step, step):
                 tried = point.copy()
                 tried[index] = np.clip(point[index] + side, low, high)
-                drops.append(max(value - self.value_at(tried), 0.0))
-            drop = max(sum(drops), 1e-6)
+                drop += max(value - self.value_at(tried), 0.0)
+            drop = max(drop, 1e-6)
             at_limit = min(point[index] - low, high - point[index]) < _AT_LIMIT * step
             width = step / drop if at_limit else np.sqrt(2.0 * np.pi) * step / np.sqrt(drop)
             volume += float(np.log(min(1.0, width / (high - low))))

@@ -28,6 +28,7 @@ from ident.effects import State
 from ident.effects.family import PlacedEffect
 from ident.effects.usual import friction_sign
 from robots.arrays import BoolArray, FloatArray
+from robots.identity_cache import IdentityCache
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,7 @@ class LoopRows(Rows):
 
     loop: LoopEvidence = field(kw_only=True)
     exact: bool = field(kw_only=True, default=False)
+    _responses: IdentityCache[FloatArray] = field(kw_only=True, default_factory=IdentityCache, repr=False)
 
     def exactly(self) -> LoopRows:
         """The same with effects that are simulated; what is made of the rows alone is that of these."""
@@ -54,6 +56,9 @@ class LoopRows(Rows):
         """What an effect changes of the drives' torque, rows × drives × p; 0 where it cannot be simulated."""
         if not self.exact:
             return self.loop.screen([placed])
+        return self._responses.of(placed, lambda: self._response(placed))
+
+    def _response(self, placed: PlacedEffect) -> FloatArray:
         answer = self.loop.respond(placed)
         return np.zeros((*self.prepared.torque.shape, len(placed.parameters))) if answer is None else answer
 

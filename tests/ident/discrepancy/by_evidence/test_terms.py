@@ -76,7 +76,9 @@ def test_a_drag_that_no_name_has_gets_its_power_and_unit_and_a_place_in_the_mode
     assert diagnosis.verdict == "unnamed" and more.model is not None
     assert more.model.base.names == (*diagnosis.base.names, "q̇₁·|q̇₁|@1")
     assert more.model.beta[-1] == pytest.approx(900.0, abs=4.0 * np.sqrt(more.model.covariance[-1, -1]))
-    without, with_term = (one.examinations[-1].excess_of_joints[0] for one in (diagnosis, more.model))
+    without, with_term = (
+        blind_search.beyond_noise(one.examinations[-1])[0][0] for one in (diagnosis, more.model)
+    )
     assert with_term < 0.1 * without
     assert more.model.findings == ()
 
