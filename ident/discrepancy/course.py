@@ -12,7 +12,7 @@ from ident.discrepancy.basis import Basis
 from ident.discrepancy.component import Component
 from ident.discrepancy.prepared_recording import PreparedRecording
 from ident.discrepancy.prior import extended, extended_prior
-from ident.discrepancy.refine import added_values, refit
+from ident.discrepancy.refine import added_values, refit, with_effects
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Finding
 from ident.discrepancy.step import LoopStep, Step
@@ -45,7 +45,11 @@ class Course:
         return cls(prepared, first, first, first)
 
     def take(
-        self, components: Sequence[Component], bases: Sequence[Basis], sizes: Sequence[FloatArray] = ()
+        self,
+        components: Sequence[Component],
+        bases: Sequence[Basis],
+        sizes: Sequence[FloatArray] = (),
+        standard: FloatArray | None = None,
     ) -> None:
         """Fit what was found, all of it together, and go on with a model that has it.
 
@@ -53,11 +57,16 @@ class Course:
             components: with their shapes.
             bases: what each was settled for on.
             sizes: of each, where they are about known: what does not repeat beside these is noise.
+            standard: (p,) parameters of the model beside them, where they are known.
         """
+        alone, about = self.first.present, None
         if sizes:
-            examination, present = self.first.examination, self.first.present
-            self.first = self.first.beside([one.effect(examination, present) for one in components], sizes)
-        refined = refit(self.first.examination, components, self.first.present)
+            effects = [one.effect(self.first.examination, alone) for one in components]
+            self.first = self.first.beside(effects, sizes)
+            alone = self.first.present
+        if standard is not None:
+            about = with_effects(self.first.examination, components, alone, standard, sizes)
+        refined = refit(self.first.examination, components, alone, about)
         robot = self.first.base.model.robot
         pairs = enumerate(zip(components, bases, strict=True))
         self._fit_together([Accepted.of(robot, one, basis, refined, k) for k, (one, basis) in pairs], refined)
@@ -85,7 +94,13 @@ class Course:
         """A model with effects that the moving arm shows, each fitted beside all others."""
         if refined is None:
             components = [one.component for one in accepted]
-            refined = refit(self.first.examination, components, self.first.present)
+            alone = self.first.present
+            standard, sizes = (
+                self.moving.present.standard[: alone.standard.size],
+                [one.linear for one in accepted],
+            )
+            about = with_effects(self.first.examination, components, alone, standard, sizes)
+            refined = refit(self.first.examination, components, alone, about)
         robot = self.first.base.model.robot
         self.findings = [
             Accepted.of(robot, one.component, one.basis, refined, k) for k, one in enumerate(accepted)

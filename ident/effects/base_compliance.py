@@ -19,7 +19,7 @@ import numpy as np
 from ident.effects.chain import chain_frames
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.foot import AXES, FootSpring, inertia_on_foot
-from ident.effects.gear_state import Course, between, inertias, lag_between_samples
+from ident.effects.gear_state import Course, Gear, between, inertias
 from ident.effects.placed import Family, Law, Parameters, Parts
 from ident.effects.simulated import SimulatedParts
 from ident.effects.state import State
@@ -69,9 +69,9 @@ def _make(
             # The foot leans the way that the arm pushes it.
             pushes, before = between(-moment[:, axes], state)
             for axis, push in zip(axes, pushes, strict=True):
-                course = Course(turning[axis] + own, push, before)
-                lean = lag_between_samples(course, step, 1.0 / compliance, float(damping[axis]), 0.0)
-                rocking[:, :, axis] = np.stack(lean, axis=1)
+                felt = np.stack([turning[axis] + own, push, *np.zeros((2, push.size))])
+                course = Course(felt, before, state.repeats)
+                rocking[:, :, axis] = Gear(1.0 / compliance, float(damping[axis])).lag(course, step).T
             torque = present.foot_torque(state, rocking)
             moment = torque[:, :AXES] - turned * rocking[:, 2]
         return (torque - rigid)[:, AXES:, np.newaxis]

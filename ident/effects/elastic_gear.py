@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio
 
 from ident.effects.family import Place, PresentModel, Shape
-from ident.effects.gear_state import Course, finer, lag_between_samples
+from ident.effects.gear_state import FORGOTTEN, Course, Gear, finer
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     Family,
@@ -41,6 +41,9 @@ _ABOUT_ONE = (0.1,)
 _LEAST = 0.01
 """Of the described inertia of the links at home: an arm that folds has more."""
 
+_WAY = 1e-4
+"""rad (or m); of the slope of a torque."""
+
 _AT_HOME: IdentityCache[FloatArray] = IdentityCache()
 """Every effect of a gear with every shape asks for these."""
 
@@ -74,34 +77,39 @@ def _link_inertias(robot: Robot) -> FloatArray:
 
 
 def gear_columns(
-    robot: Robot,
-    drive: int,
-    present: PresentModel,
-    stiffness: float,
-    damping: float,
-    gap: float,
-    offset_at_link: float = 1.0,
-    cubic: float = 0.0,
+    robot: Robot, drive: int, present: PresentModel, gear: Gear, offset_at_link: float = 1.0
 ) -> Law:
     """Torque of links that follow through the gear less that of links that follow rigidly."""
     back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
 
     described = link_inertia(robot, drive)
+    rings = not (gear.gap or gear.cubic) and gear.rings_for(described) > FORGOTTEN
 
     def law(state: State) -> FloatArray:
+        if rings and state.measured is not None:
+            # It multiplies what a motion misses, a hundred times: a simulated one, far more than an encoder.
+            state = state.measured
         if state.time is None or state.time.shape[0] < 2:
             return np.zeros((*state.position.shape, 1))
         rigid = present.link_torque(state)
 
         def course() -> Course:
             inertia = inertia_along(present.link_mass_matrix(state.position), back, described)
-            load = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
-            return finer(inertia, load, state)
+            loads = np.empty((inertia.size, 3))
+            loads[:, 0] = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
+            loads[:, 1:] = _when_moved_otherwise(robot, drive, present, state)
+            loads[inertia <= _LEAST * described, 1:] = 0.0  # no body's
+            return finer(inertia, loads, state)
+
+        def carried() -> FloatArray:
+            """(samples,) through the gear: what was measured, less what the drive takes for itself."""
+            own = present.torque(state) - rigid
+            return drive_torque(robot, np.asarray(state.torque) - own, drive)
 
         fine = state.once(present, (drive, offset_at_link), course)
         step = float(state.time[1] - state.time[0])
         # The link lags behind a drive that pushes it.
-        lag, rate, push = lag_between_samples(fine, step, stiffness, damping, gap, cubic)
+        lag, rate, push = gear.lag(fine, step, None if state.torque is None else carried)
         moved = state.moved(
             state.position - np.outer(lag, back),
             state.velocity - np.outer(rate, back),
@@ -109,9 +117,21 @@ def gear_columns(
         )
         change = (present.link_torque(moved) - rigid)[:, :, np.newaxis]
         # What a spring makes of a filtered motion is filtered; impacts are not.
-        return as_positions_show(robot, state, change) if gap > 0.0 else change
+        return as_positions_show(robot, state, change) if gear.gap > 0.0 else change
 
     return law
+
+
+def _when_moved_otherwise(robot: Robot, drive: int, present: PresentModel, state: State) -> FloatArray:
+    """∂τ/∂q and ∂τ/∂q̇ of the links at a drive along its own motion, samples × 2."""
+    back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
+
+    def felt(way: float, rate: float) -> FloatArray:
+        moved = state.moved(state.position + way * back, state.velocity + rate * back, state.acceleration)
+        return drive_torque(robot, present.link_torque(moved), drive)
+
+    by_way = (felt(_WAY, 0.0) - felt(-_WAY, 0.0)) / (2.0 * _WAY)
+    return np.stack([by_way, 0.5 * (felt(0.0, 1.0) - felt(0.0, -1.0))], axis=1)
 
 
 def _elasticity(
@@ -119,7 +139,7 @@ def _elasticity(
 ) -> tuple[Parameters, Law, Parts]:
     drive, (compliance, damping_ratio) = place.joints[0], shape
     damping = 2 * damping_ratio * float(np.sqrt(link_inertia(robot, drive) / compliance))
-    law = gear_columns(robot, drive, present, 1.0 / compliance, damping, 0.0)
+    law = gear_columns(robot, drive, present, Gear(1.0 / compliance, damping))
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(springs=(GearSpring(drive, compliance * float(values[0]), damping),))
@@ -142,7 +162,7 @@ def _backlash(
 ) -> tuple[Parameters, Law, Parts]:
     drive, (gap, offset_at_link, stiffness, ratio) = place.joints[0], shape
     damping = 2 * ratio * float(np.sqrt(link_inertia(robot, drive) * stiffness))
-    law = gear_columns(robot, drive, present, stiffness, damping, gap, offset_at_link)
+    law = gear_columns(robot, drive, present, Gear(stiffness, damping, gap), offset_at_link)
 
     def parts(values: FloatArray) -> SimulatedParts:
         size = gap * float(values[0])

@@ -3,16 +3,19 @@
 With x the lag of the link behind the drive's output, m the inertia of the links that the drive moves and
 τ the torque that the same motion takes of rigid links,
 
-    m ẍ + F(x, ẋ) = τ,    F = K·play(x) + C·play(x)³ + D ẋ on a flank, never pulling, and 0 between the flanks
+    m ẍ + c ẋ + k x + F(x, ẋ) = τ
+    F = K·play(x) + C·play(x)³ + D ẋ on a flank, never pulling, and 0 between the flanks
 
-where play takes the gap off the spring's way, and C is there without a gap alone. The encoder sits on the
-drive, so the drive's motion is what was measured, and x follows from it.
+where play takes the gap off the spring's way, and C is there without a gap alone. c = ∂τ/∂q̇ and k = ∂τ/∂q
+are what a link takes more that moves otherwise than its drive: 2q̇/ω of m ẍ, a fiftieth at 10 Hz. The encoder
+sits on the drive, so the drive's motion is what was measured, and x follows from it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,51 +37,34 @@ _SETTLED = 1e-9
 FORGOTTEN = 3.0
 """s after which a link has no state of its own any more: the slowest one on a gear that is looked for, of 6
 Hz and damped by 0.08, has come down to e⁻⁹."""
+_FALLS = 9.0
+"""So many time constants, of one that is damped less and in a motion that repeats."""
 
 _PHASE = 0.1
 """rad of the link's oscillation per step: its frequency is then right within 0.1 %."""
 
 
 class Course(NamedTuple):
-    """Inertia and load (finer samples,) from some samples before the first on."""
+    """m, τ, k and c (4, finer samples) from some samples before the first on, which a period may be."""
 
-    inertia: FloatArray
-    load: FloatArray
+    felt: FloatArray
     before: int
+    repeats: bool = False
 
 
-def lag_of_link(
-    inertia: FloatArray,
-    load: FloatArray,
-    sample_time: float,
-    stiffness: float,
-    damping: float,
-    gap: float,
-    cubic: float = 0.0,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Lag of the link behind the drive and its first two derivatives, each (samples,), rad (or m) and s.
+def finer(inertia: FloatArray, loads: FloatArray, state: State | None = None) -> Course:
+    """Inertia and loads with points between the samples.
 
     Args:
-        inertia: (samples,) of the links that the drive moves, at its output, kg·m² (or kg).
-        load: (samples,) torque that rigid links would take, N·m (or N).
-        sample_time: s.
-        stiffness: N·m/rad (or N/m).
-        damping: N·m·s/rad (or N·s/m), acts where the spring does.
-        gap: rad (or m), the whole play; the link starts in contact on the side that its load presses it to.
-        cubic: N·m/rad³ (or N/m³) of a spring that stiffens, without a gap.
-    """
-    return lag_between_samples(finer(inertia, load), sample_time, stiffness, damping, gap, cubic)
-
-
-def finer(inertia: FloatArray, load: FloatArray, state: State | None = None) -> Course:
-    """Inertia and load (samples,) with points between the samples.
-
-    Args:
-        inertia, load: of a motion.
+        inertia: (samples,) of a motion.
+        loads: samples × 1 or 3: τ, and k and c where links that lag feel otherwise.
         state: the motion, which goes on before its first sample; None where it begins at rest.
     """
-    pushed, before = between(load[:, np.newaxis], state)
-    return Course(inertias(inertia[:, np.newaxis], state)[0], pushed[0], before)
+    points, before = between(loads, state)
+    felt = np.zeros((4, points.shape[1]))
+    felt[0] = inertias(inertia[:, np.newaxis], state)[0]
+    felt[1 : 1 + points.shape[0]] = points
+    return Course(felt, before, state is not None and state.repeats)
 
 
 def inertias(turned: FloatArray, state: State | None) -> FloatArray:
@@ -99,24 +85,83 @@ def between(series: FloatArray, state: State | None) -> tuple[FloatArray, int]:
     return points, whole.shape[0] - series.shape[0]
 
 
-def lag_between_samples(
-    course: Course, sample_time: float, stiffness: float, damping: float, gap: float, cubic: float = 0.0
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The same of inertia and load as of :func:`finer`."""
-    inertia, load, before = course
-    frequency = float(np.sqrt(stiffness / np.median(inertia[::_PARTS])))
-    step = min(max(_PHASE / frequency, _SHORTEST_STEP), _LONGEST_STEP)
-    lag, rate, push = (np.empty_like(load) for _ in range(3))
-    substeps = max(1, int(np.ceil(sample_time / (_PARTS * step))))
-    start = load[0] / stiffness + 0.5 * gap * np.sign(load[0])
-    if cubic > 0.0:
-        start = next(
-            x.real for x in np.roots([cubic, 0.0, stiffness, -load[0]]) if abs(x.imag) <= 1e-9 * abs(x)
-        )
-    h = sample_time / (_PARTS * substeps)
-    _kernel()(inertia, load, h, substeps, stiffness, damping, 0.5 * gap, cubic, start, lag, rate, push)
-    recorded = slice(_PARTS * before, None, _PARTS)
-    return lag[recorded], rate[recorded], push[recorded]
+@dataclass(frozen=True)
+class Gear:
+    """What is between a drive's output and its links.
+
+    Attributes:
+        stiffness: N·m/rad (or N/m).
+        damping: N·m·s/rad (or N·s/m), acts where the spring does.
+        gap: rad (or m), the whole play; the link starts in contact on the side that its load presses it to.
+        cubic: N·m/rad³ (or N/m³) of a spring that stiffens, without a gap.
+    """
+
+    stiffness: float
+    damping: float
+    gap: float = 0.0
+    cubic: float = 0.0
+
+    def lag(
+        self, course: Course, sample_time: float, carried: Callable[[], FloatArray] | None = None
+    ) -> FloatArray:
+        """3 × samples: lag of the link behind the drive and its first two derivatives, rad (or m) and s.
+
+        In a motion that repeats the link does as well, so it goes through the period until it has forgotten
+        how it began. In one that does not, how it began is what its spring is seen to carry. (A link damped
+        by 0.005 rang through three periods of 10 s with a fifteenth of its torque, which stood for a gear of
+        the joint beside it, an eccentricity and two ripples; of such a one other motion showed a fifth.)
+
+        Args:
+            course: of the load, as of :func:`finer`.
+            sample_time: s.
+            carried: (samples,) torque through the gear as it was measured; asked for where it is needed.
+        """
+        felt, before, repeats = course
+        inertia = float(np.median(felt[0, ::_PARTS]))
+        needed = FORGOTTEN if self.gap > 0.0 else self.rings_for(inertia)
+        run = partial(self._run, sample_time, float(np.sqrt(self.stiffness / inertia)))
+        recorded, lead = _PARTS * before, before * sample_time
+        first = _PARTS * max(before - int(np.ceil(needed / sample_time)), 0) if repeats else 0
+        state = np.array([self._settled(*felt[1:3, first]), 0.0, 0.0])
+        for _ in range(int(needed / lead) if repeats and before else 0):
+            state = run(felt[:, : recorded + 1], state)[:, -1].copy()
+        found = run(felt[:, first:], state)[:, recorded - first :: _PARTS]
+        if carried is None or repeats or not before or needed <= lead or self.gap or self.cubic:
+            return found
+        force = np.array([self.stiffness, self.damping, 0.0])
+        free = felt[:, recorded:] * np.array([[1.0], [0.0], [1.0], [1.0]])
+        rings = np.stack([run(free, one)[:, ::_PARTS] for one in self._free(free[:, 0])])
+        sizes = np.linalg.lstsq((force @ rings).T, carried() - force @ found, rcond=None)[0]
+        return np.asarray(found + np.tensordot(sizes, rings, 1))
+
+    def rings_for(self, inertia: float) -> float:
+        """s in which a link of an inertia has forgotten how it began."""
+        return 2.0 * _FALLS * inertia / max(self.damping, 1e-12)
+
+    def _settled(self, load: float, way: float) -> float:
+        """Lag under a load that stays, but for what a link that lags takes of it."""
+        if self.cubic > 0.0:
+            roots = np.roots([self.cubic, 0.0, self.stiffness + way, -load])
+            return float(next(x.real for x in roots if abs(x.imag) <= 1e-9 * abs(x)))
+        pressed = load + 0.5 * self.gap * self.stiffness * np.sign(load)
+        return float(pressed / (self.stiffness + way))
+
+    def _free(self, felt: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Two states (3,) of a link without load that go on otherwise: bent, and let go of in motion."""
+        inertia, _, way, drag = felt
+        stiffness, damping = self.stiffness + way, self.damping + drag
+        speed = float(np.sqrt(self.stiffness / inertia))
+        bent = np.array([1.0, 0.0, -stiffness / inertia])
+        return bent, np.array([0.0, speed, -damping * speed / inertia])
+
+    def _run(self, sample_time: float, frequency: float, felt: FloatArray, state: FloatArray) -> FloatArray:
+        """3 × finer samples from a state (3,) on, that of the first."""
+        step = min(max(_PHASE / frequency, _SHORTEST_STEP), _LONGEST_STEP)
+        substeps = max(1, int(np.ceil(sample_time / (_PARTS * step))))
+        found = np.empty((3, felt.shape[1]))
+        spring = self.stiffness, self.damping, 0.5 * self.gap, self.cubic
+        _kernel()(*felt, sample_time / (_PARTS * substeps), substeps, *spring, state, *found)
+        return found
 
 
 @cache
@@ -131,13 +176,15 @@ def _kernel() -> Callable[..., None]:
 def _run(
     inertia: FloatArray,
     load: FloatArray,
+    by_way: FloatArray,
+    by_rate: FloatArray,
     h: float,
     substeps: int,
     stiffness: float,
     damping: float,
     half: float,
     cubic: float,
-    start: float,
+    start: FloatArray,
     lag: FloatArray,
     rate: FloatArray,
     push: FloatArray,
@@ -146,16 +193,19 @@ def _run(
 
     Free flight is tried first; where that ends beyond the gap, the flank's implicit step is taken instead.
     """
-    x, v, a = start, 0.0, 0.0
+    x, v, a = start[0], start[1], start[2]
     lag[0], rate[0], push[0] = x, v, a
     given = 0.25 * h * h * stiffness + 0.5 * h * damping
     for k in range(1, load.shape[0]):
         for s in range(1, substeps + 1):
             ahead = s / substeps
+            way = by_way[k - 1] + ahead * (by_way[k] - by_way[k - 1])
+            drag = by_rate[k - 1] + ahead * (by_rate[k] - by_rate[k - 1])
             m = inertia[k - 1] + ahead * (inertia[k] - inertia[k - 1])
-            f = load[k - 1] + ahead * (load[k] - load[k - 1])
+            m += 0.25 * h * h * way + 0.5 * h * drag
             # Position and speed at the end of the step, less what the new acceleration adds to them.
             y, w = x + h * v + 0.25 * h * h * a, v + 0.5 * h * a
+            f = load[k - 1] + ahead * (load[k] - load[k - 1]) - way * y - drag * w
             if half == 0.0:  # a spring that is never left
                 a = (f - stiffness * y - damping * w) * (1.0 / (m + given))
                 for _ in range(_NEWTON_STEPS if cubic > 0.0 else 0):

@@ -26,7 +26,8 @@ class State:
     with a history (drift, elasticity) need it and even samples in order; others look at each sample alone.
     ``torque`` is the measured joint torque, samples × joints, where there is one: a saturated drive shows
     only against it. ``load`` is a known body that the arm carries meanwhile: the gears feel it, too. A motion
-    that repeats does so after ``period`` samples.
+    that repeats does so after ``period`` samples. Of a motion that was simulated ``measured`` is the one that
+    was recorded, at the same instants.
     """
 
     position: FloatArray
@@ -36,6 +37,7 @@ class State:
     torque: FloatArray | None = None
     load: Load | None = None
     period: int | None = None
+    measured: State | None = None
     _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(4), compare=False)
 
     def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
@@ -50,30 +52,36 @@ class State:
         time = None if self.time is None else self.time[kept]
         torque = None if self.torque is None else np.ascontiguousarray(self.torque[kept])
         period = None if self.period is None else self.period // (kept.step or 1)
-        return State(position, velocity, acceleration, time, torque, self.load, period)
+        measured = None if self.measured is None else self.measured.part(kept)
+        return State(position, velocity, acceleration, time, torque, self.load, period, measured)
 
     def moved(self, position: FloatArray, velocity: FloatArray, acceleration: FloatArray) -> State:
         """Another motion at the same time, with the same load; what was measured is not of it."""
         return State(position, velocity, acceleration, self.time, None, self.load, self.period)
 
+    @property
+    def repeats(self) -> bool:
+        """Whether a whole period is there, and more."""
+        return self.period is not None and self.period < self.position.shape[0]
+
     def with_before(self, series: FloatArray, seconds: float) -> FloatArray:
         """A series (samples, k) of this motion, and before it what was there before the record began.
 
         An arm that stands still has stood still: there is nothing before. Of a motion that repeats that is
-        the end of its period. Else nobody knows, and it is the series turned about its first sample: it goes
-        on as it began, and what has a state has none of its own at the start.
+        its period. Else nobody knows, and it is the series turned about its first sample: it goes on as it
+        began, and what has a state has none of its own at the start.
         (A foot that began at rest in the middle of a motion swung with 110 N·m for 1.5 s, the arm with 20.)
 
         Args:
             series: at even samples.
-            seconds: as long as is needed, where there is so much.
+            seconds: as long as is needed, where nobody knows and there is so much.
         """
         assert self.time is not None
         if (np.abs(self.velocity[0]) <= _STILL * np.abs(self.velocity).max(axis=0)).all():
             return series
+        if self.repeats:
+            return np.concatenate([series[: self.period], series])
         wanted = int(np.ceil(seconds / float(self.time[1] - self.time[0])))
-        if self.period is not None and self.period < series.shape[0]:
-            return np.concatenate([series[max(self.period - wanted, 0) : self.period], series])
         wanted = min(wanted, series.shape[0] - 1)
         return np.concatenate([2.0 * series[0] - series[wanted:0:-1], series])
 

@@ -41,6 +41,7 @@ def found_in_motion(course: Course, answer: EvidenceAnswer, fitted: Validation) 
             [component_of(robot, one.placed) for one in found],
             [basis_of(one.key, Slot(one.names), one.unsure, one.doubt) for one in found],
             [one.linear for one in found],
+            answer.standard,
         )
     except ArithmeticError as error:
         # What a refit takes up whole has no size: it is in the ranking, and the arm is unnamed.

@@ -30,6 +30,7 @@ from ident.discrepancy.by_evidence.decide.names import (
     of_nothing,
     slot,
 )
+from ident.discrepancy.by_evidence.decide.present_with import standard_of
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
@@ -131,6 +132,7 @@ def _answered(
         gate_one_rejected=rejected,
         repeats=problem.prepared.repeats,
         log_evidence=(searched.empty.log_evidence, found.log_evidence),
+        standard=standard_of(problem, found),
     )
     problem.present.forget()
     searched.present.forget()

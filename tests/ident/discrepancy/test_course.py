@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from ident.discrepancy import course as module
@@ -232,6 +233,34 @@ class _Undetermined:
     @property
     def covariance(self) -> object:
         raise IdentificationError("rows that are fitted do not determine every parameter")
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_sizes_are_fitted_beside_the_model_that_has_them(
+    monkeypatch: pytest.MonkeyPatch, again: bool
+) -> None:
+    """As the evidence has it; and what is fitted again without a finding, as it was with it."""
+    fitted: list[Any] = []
+
+    def refit(examination: Any, components: Any, present: Any, about: Any) -> Any:
+        fitted.append(about)
+        raise ArithmeticError
+
+    monkeypatch.setattr(module, "refit", refit)
+    monkeypatch.setattr(module, "with_effects", lambda examination, components, alone, *values: values)
+    first: Any = SimpleNamespace(examination=None, present=SimpleNamespace(standard=np.zeros(2)))
+    first.beside = lambda effects, sizes: first
+    moving: Any = SimpleNamespace(present=SimpleNamespace(standard=np.array([1.0, 2.0, 30.0])))
+    course = Course((), first, first, moving)
+    one: Any = SimpleNamespace(effect=lambda *given: None)
+    found: Any = [accepted("A", linear="size", component=one)]
+    with pytest.raises(ArithmeticError):
+        course._fit_together(found) if again else course.take(
+            [one], [], found[0].linear, np.array([1.0, 2.0])
+        )
+    ((standard, sizes),) = fitted
+    assert standard.tolist() == [1.0, 2.0]
+    assert sizes == (["size"] if again else "size")
 
 
 def test_what_leaves_a_parameter_of_the_loop_undetermined_is_not_added(

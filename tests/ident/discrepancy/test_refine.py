@@ -82,6 +82,26 @@ def test_columns_in_the_whole_model_are_made_of_the_plain_one(monkeypatch: pytes
     assert made == [("plain", "plain"), ("round 1", "plain")]
 
 
+def test_a_fit_begins_with_the_model_that_another_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Links that had taken up a gear which rings were a column's, and of 680 N·m that found nothing."""
+    made_of: list[Any] = []
+
+    def shaped(examination: Any, components: Any, present: Any, *rest: Any) -> Any:
+        made_of.append(present)
+        return components
+
+    monkeypatch.setattr(
+        module, "_beside", lambda examination, components, present, alone: f"beside {present}"
+    )
+    monkeypatch.setattr(module, "best_shapes", shaped)
+    monkeypatch.setattr(module, "with_deviations", lambda *given: None)
+    examination: Any = SimpleNamespace(simulated=False)
+    plain: Any = "plain"
+    given: Any = "given"
+    refit(examination, [], plain, given)
+    assert made_of == ["given", "beside given"]
+
+
 @pytest.mark.parametrize(
     ("sigma", "expected"), [((0.05, 0.3), (1.0, 0.0)), ((0.3, 0.3), (1.0, 0.5)), ((0.01, 0.01), (1.0, 0.5))]
 )

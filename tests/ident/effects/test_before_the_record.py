@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio
 import pytest
@@ -9,11 +11,12 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from ident.effects import State
+from ident.effects.elastic_gear import link_inertia
 from ident.effects.foot import AXES, inertia_on_foot, on_a_foot
 from ident.effects.placed import Placed
 from robots import rigid_body_model
 from robots.arrays import FloatArray
-from tests.ident.effects.test_vocabulary import TX40, placed
+from tests.ident.effects.test_vocabulary import TX40, placed, present
 
 STEP, PERIOD = 0.004, 1000
 """s; samples of 4 s."""
@@ -40,14 +43,79 @@ def gear(name: str, *shape: float) -> Placed:
     return placed(name, 2, 1.0 / (0.4 * (2.0 * np.pi * 12.0) ** 2), *shape)
 
 
-SOFT = [foot(), gear("joint_elasticity", 0.03), gear("stiffening_elasticity", 0.2)]
+RINGS = gear("joint_elasticity", 0.004)
+"""For 1/0.3 s, longer than a period of 4 s lets it forget."""
+SOFT = [foot(), gear("joint_elasticity", 0.03), gear("stiffening_elasticity", 0.2, 0.08)]
 
 
-@pytest.mark.parametrize("effect", SOFT, ids=lambda effect: effect.name)
+@pytest.mark.parametrize("effect", [*SOFT, RINGS], ids=lambda effect: effect.name)
 def test_a_motion_that_repeats_is_answered_alike_from_its_first_period_on(effect: Placed) -> None:
     columns = effect.columns(motion(3 * PERIOD))[:, :, 0]
     first, last = columns[:PERIOD], columns[2 * PERIOD :]
     assert np.abs(first - last).max() < 0.02 * np.abs(last).max()
+
+
+def test_how_a_gear_rang_before_the_record_is_what_its_spring_carries() -> None:
+    """Of a log that is cut out of a motion, with noise as large; else it begins without ringing."""
+    whole, cut = motion(3 * PERIOD), 3 * PERIOD // 2
+    right = RINGS.columns(whole)[:, :, 0]
+    others = present("tx40").torque(whole)
+    record = State(*(one[cut:] for one in motion_of(whole)), whole.time[cut:])
+    noise = 0.02 * np.random.default_rng(3).normal(size=right.shape)
+    seen = replace(record, torque=(others + right + noise)[cut:])
+    missed, unseen = (RINGS.columns(one)[:, :, 0] - right[cut:] for one in (seen, record))
+    assert np.linalg.norm(missed) < 0.1 * np.linalg.norm(right[cut:]) < 0.1 * np.linalg.norm(noise[cut:])
+    assert np.linalg.norm(unseen) > 0.3 * np.linalg.norm(right[cut:])
+
+
+def test_a_gear_that_rings_is_asked_of_the_measured_motion() -> None:
+    """It multiplies what a simulated motion misses; what rings for long alone does."""
+    measured = motion(2 * PERIOD)
+    simulated = replace(measured, position=measured.position + 1e-4, measured=measured)
+    for effect, same in ((RINGS, True), (SOFT[1], False)):
+        wanted, got = effect.columns(measured), effect.columns(simulated)
+        assert np.array_equal(wanted, got) is same
+    part = simulated.part(slice(0, None, 2))
+    assert part.measured is not None
+    np.testing.assert_array_equal(part.measured.position, measured.position[::2])
+
+
+@pytest.mark.parametrize("ratio", [0.03, 0.2])
+def test_a_link_takes_what_it_takes_where_it_is(ratio: float) -> None:
+    """Against pin's equations of the arm whose link moves otherwise than its drive, integrated by scipy."""
+    state, drive = motion(2 * PERIOD), 2
+    effect = placed("joint_elasticity", drive, 1.0 / (0.4 * (2.0 * np.pi * 6.0) ** 2), ratio)
+    known = present("tx40")
+    compliance, _ = effect.shape
+    damping = 2.0 * ratio * np.sqrt(link_inertia(TX40, drive) / compliance)
+    course = CubicSpline(state.time, np.stack(motion_of(state), axis=1))
+    along = np.linalg.inv(TX40.transmission_matrix)[:, drive]
+
+    def links(arm: FloatArray, lag: float, rate: float, push: float) -> FloatArray:
+        moved = arm - np.outer([lag, rate, push], along)
+        return known.link_torque(State(*(one[np.newaxis] for one in moved)))[0]
+
+    offset = known.offset_torque()
+
+    def pushed(time: float, lag: float, rate: float) -> float:
+        arm = course(time)
+        still, turned = ((links(arm, lag, rate, one) + offset) @ along for one in (0.0, 1.0))
+        return float((still - damping * rate - lag / compliance) / (still - turned))
+
+    run = solve_ivp(
+        lambda t, s: [s[1], pushed(t, *s)],
+        (0.0, state.time[-1]),
+        [0.0, 0.0],
+        t_eval=state.time,
+        max_step=STEP,
+    )
+    late = range(PERIOD, 2 * PERIOD, 10)
+    wanted = []
+    for k in late:
+        arm, (lag, rate) = course(state.time[k]), run.y[:, k]
+        wanted.append(links(arm, lag, rate, pushed(state.time[k], lag, rate)) - links(arm, 0.0, 0.0, 0.0))
+    missed = effect.columns(state)[late][:, :, 0] - np.array(wanted)
+    assert np.linalg.norm(missed) < 0.005 * np.linalg.norm(wanted)
 
 
 @pytest.mark.parametrize("effect", SOFT, ids=lambda effect: effect.name)

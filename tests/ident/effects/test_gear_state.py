@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from ident.effects.elastic_gear import inertia_along
-from ident.effects.gear_state import finer, lag_of_link
+from ident.effects.gear_state import Gear, finer
 from ident.effects.hysteresis import deflection
 from robots.arrays import FloatArray
 
@@ -43,8 +43,12 @@ def reference(stiffness: float, damping: float, gap: float, cubic: float = 0.0) 
     return np.vstack([run.y, [push(t, *s) for t, s in zip(TIME, run.y.T, strict=True)]])
 
 
-def found(stiffness: float, damping: float, gap: float) -> FloatArray:
-    return np.array(lag_of_link(np.full_like(LOAD, INERTIA), LOAD, STEP, stiffness, damping, gap))
+def found(stiffness: float, damping: float, gap: float, cubic: float = 0.0) -> FloatArray:
+    return lag_of_link(np.full_like(LOAD, INERTIA), LOAD, STEP, Gear(stiffness, damping, gap, cubic))
+
+
+def lag_of_link(inertia: FloatArray, load: FloatArray, step: float, gear: Gear) -> FloatArray:
+    return gear.lag(finer(inertia, load[:, np.newaxis]), step)
 
 
 def gear(frequency: float, ratio: float) -> tuple[float, float]:
@@ -66,7 +70,7 @@ def test_a_load_of_a_sixth_of_the_sampling_rate_is_wholly_felt() -> None:
     stiffness, damping = gear(90.0, 0.05)
     time = np.arange(0.0, 3.0, 0.004)
     load = np.sin(2 * np.pi * 40.0 * time)
-    push = lag_of_link(np.full_like(load, INERTIA), load, 0.004, stiffness, damping, 0.0)[2][500:]
+    push = lag_of_link(np.full_like(load, INERTIA), load, 0.004, Gear(stiffness, damping))[2][500:]
     speed = 2j * np.pi * 40.0
     answer = speed**2 / (INERTIA * speed**2 + damping * speed + stiffness)
     wave = 2.0 * np.mean(push * np.exp(-speed * time[500:]) * 1j)
@@ -78,7 +82,7 @@ def test_a_gear_that_stiffens(share: float) -> None:
     """The further stiffness is a share of the first at the largest way of a load that grows slowly."""
     stiffness, damping = gear(12.0, 0.03)
     cubic = share * stiffness / (13.0 / stiffness) ** 2
-    got = np.array(lag_of_link(np.full_like(LOAD, INERTIA), LOAD, STEP, stiffness, damping, 0.0, cubic))
+    got = found(stiffness, damping, 0.0, cubic)
     wanted = reference(stiffness, damping, 0.0, cubic)
     missed = np.linalg.norm(got - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
     assert missed[0] < 2e-3
@@ -131,9 +135,9 @@ def test_a_model_that_is_no_bodys_moves_no_link_from_flank_to_flank() -> None:
     mass = np.where(np.arange(LOAD.size) % 50 < 40, -2.0, 5.8)[:, np.newaxis, np.newaxis]
     inertia = inertia_along(mass, np.ones(1), described)
     assert inertia.min() == pytest.approx(0.01 * described)
-    fine = finer(inertia, LOAD)[0]
+    fine = finer(inertia, LOAD[:, np.newaxis]).felt[0]
     assert inertia.min() <= fine.min() and fine.max() <= inertia.max()
     stiffness = described * (2 * np.pi * 40.0) ** 2
     for gap in (0.0, 0.002):
-        lag = lag_of_link(inertia, LOAD, STEP, stiffness, 0.02 * stiffness / 250.0, gap)[0]
+        lag = lag_of_link(inertia, LOAD, STEP, Gear(stiffness, 0.02 * stiffness / 250.0, gap))[0]
         assert np.abs(lag).max() < 10.0 * (np.abs(LOAD).max() / stiffness + gap)

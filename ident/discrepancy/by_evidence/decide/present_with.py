@@ -95,7 +95,7 @@ def present_with(problem: Problem, found: Found, but: int | None = None) -> Pres
             has the delay already comes out half as long, and the rest looks for other names.
     """
     base, robot = problem.base, problem.prepared.robot
-    standard = base.standard_from(problem.beta.mean(found.posterior.known), base.model.prior())
+    standard = standard_of(problem, found)
     torques = []
     for number, member in enumerate(found.members):
         if number == but:
@@ -111,6 +111,12 @@ def present_with(problem: Problem, found: Found, but: int | None = None) -> Pres
     # Made of the model alone: of each other they would ask on without end, twice as long with every fit.
     beside = [(m.candidate.at(robot, m.entry.placed.shape, model), values) for m, values in torques]
     return PresentWith(model, tuple(beside), problem.prepared.apart)
+
+
+def standard_of(problem: Problem, found: Found) -> FloatArray:
+    """(p,) parameters of the model beside a set, at its posterior mean."""
+    base = problem.base
+    return base.standard_from(problem.beta.mean(found.posterior.known), base.model.prior())
 
 
 def _in_links(problem: Problem, links: FloatArray) -> FloatArray:

@@ -217,8 +217,8 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
     positions = simulated(recording) if simulated is not None and period is None else None
     if positions is not None:
         found = motion(recording.time, positions, untrimmed)
-        other = State(found.position, found.velocity, found.acceleration, time, carried, recording.load)
-        other = other.part(keep)
+        motion_of = found.position, found.velocity, found.acceleration
+        other = State(*motion_of, time, carried, recording.load, measured=state).part(keep)
     return Part(
         own=own.part(slice(None, None, stride)),
         other=other.part(slice(None, None, stride // finer)),

@@ -189,6 +189,7 @@ class EvidenceAnswer:
             where it was not asked, or the loop cannot be simulated.
         repeats: whether noise was told from repeats of the motion.
         log_evidence: of the model without an effect, and of the best set.
+        standard: (p,) parameters of the model beside the best set.
     """
 
     verdict: EvidenceVerdict
@@ -201,6 +202,7 @@ class EvidenceAnswer:
     gate_one_rejected: bool | None
     repeats: bool
     log_evidence: tuple[float, float]
+    standard: FloatArray
 
     @property
     def probability_clean(self) -> float:

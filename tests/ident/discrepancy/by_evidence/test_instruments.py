@@ -60,6 +60,8 @@ def test_it_is_the_motion_all_the_same() -> None:
     for name, most in (("position", 1e-3), ("velocity", 0.01), ("acceleration", 0.05)):
         own, found = getattr(part.own, name), getattr(part.at_rows, name)
         assert float(np.std((found - own)[part.used])) < most * float(np.std(own[part.used])), name
+    assert part.at_rows.measured is not None
+    np.testing.assert_array_equal(part.at_rows.measured.position, part.own.position)
 
 
 def test_no_column_of_a_rate_needs_a_filter_of_its_own_then() -> None:

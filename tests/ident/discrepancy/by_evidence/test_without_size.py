@@ -17,13 +17,13 @@ def test_an_effect_that_the_model_takes_up_whole_ends_no_diagnosis(
 ) -> None:
     """Met on a drawn log after a refit: the evidence had names, the fit of their sizes had no columns."""
 
-    def take(components: object, bases: object, sizes: object) -> None:
+    def take(components: object, bases: object, sizes: object, standard: object) -> None:
         raise ArithmeticError("the effects have no columns beyond the present model")
 
     monkeypatch.setattr(in_motion, "component_of", lambda robot, placed: None)
     monkeypatch.setattr(in_motion, "basis_of", lambda *given: None)
     monkeypatch.setattr(in_motion, "_has_size", lambda course, finding: True)
-    answer: Any = SimpleNamespace(findings=[named("offset (joint 1)")])
+    answer: Any = SimpleNamespace(findings=[named("offset (joint 1)")], standard=None)
     step = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
     course: Any = SimpleNamespace(step=step, take=take)
     nobody: Any = None
@@ -59,11 +59,13 @@ def test_an_effect_without_rows_takes_no_name_from_the_others(
     model = SimpleNamespace(base=SimpleNamespace(model=SimpleNamespace(robot=None)))
     first = SimpleNamespace(base=model.base, examination=None, present=None)
 
-    def take(components: list[Any], bases: object, sizes: list[str]) -> None:
+    def take(components: list[Any], bases: object, sizes: list[str], standard: object) -> None:
         taken.extend(one.effect() for one in components)
         taken.extend(sizes)
 
-    answer: Any = SimpleNamespace(findings=[named("offset"), named("lag"), named("play", 0.85)])
+    answer: Any = SimpleNamespace(
+        findings=[named("offset"), named("lag"), named("play", 0.85)], standard=None
+    )
     course: Any = SimpleNamespace(take=take, first=first, step=model, findings=[])
     nobody: Any = None
     with caplog.at_level(logging.WARNING):
