@@ -11,6 +11,27 @@ _BY = "ident/discrepancy/by_evidence/"
 
 RULES = (
     Broken(
+        "what stays beside a name is not what a gear beside it leaves",
+        _BY + "decide/no_name.py",
+        "    misfit[of_others] = found.level.kappa[of_others]\n",
+        "",
+        ("tests/ident/discrepancy/by_evidence/test_no_name.py",),
+    ),
+    Broken(
+        "what a gear leaves that gives way is the gear's",
+        _BY + "confirm/held_out.py",
+        "if j not in of_others:",
+        "if True:",
+        ("tests/ident/discrepancy/by_evidence/test_held_out.py",),
+    ),
+    Broken(
+        "what is rough may all be its own form's error",
+        _BY + "decide/state.py",
+        "    if any(one.candidate.family.rough for one in asked):\n        return set()\n",
+        "",
+        ("tests/ident/discrepancy/by_evidence/test_held_out.py",),
+    ),
+    Broken(
         "a link goes through a period until it has forgotten how it began",
         "ident/effects/gear_state.py",
         "int(needed / lead) if repeats and before else 0",

@@ -11,7 +11,8 @@ to the sum of squares. The posterior predicts ‖d‖² ± 2 σ with
 
 for noise, misfit, what is not known of the parameters, and the form's own error: what repeats at a joint and
 is not smooth may all be that (a lag of 5 ms is not quite 5 ms times the torque's rate), and then it goes
-along with d on other motions, too.
+along with d on other motions, too. But for a joint where another member of the set is rough, and d is of none
+that is: what a gear leaves that gives way is the gear's.
 
 Of d the recordings show the share ½ (1 + Δ/‖d‖²), with the deviation σ/‖d‖². It is 1 where the effect is
 what it is called, 0 where it is nothing, or what it is compared with, and anywhere between where it is
@@ -28,7 +29,7 @@ import numpy as np
 
 from ident.discrepancy.by_evidence.decide.left_over import residual_rows
 from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis
-from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.by_evidence.decide.state import Found, Member, rough_beside
 from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Rows, WhiteEffects
@@ -82,10 +83,23 @@ class HeldOut:
     def confirmation(self, found: Found, other: Found) -> Confirmation:
         """Of what a set predicts otherwise than another one, which lacks an effect or has another for it."""
         k, others = self.rows.precision.size, self._effects(other)
-        return self._confirmation(found, lambda j, white: _prediction(white[:, :k], others, j, _mean(other)))
+        keys = [{member.candidate.key for member in one.members} for one in (found, other)]
+        asked = [one for one in (*found.members, *other.members) if one.candidate.key in keys[0] ^ keys[1]]
+        return self._confirmation(
+            found, lambda j, white: _prediction(white[:, :k], others, j, _mean(other)), asked
+        )
 
-    def _confirmation(self, found: Found, instead: Callable[[int, FloatArray], FloatArray]) -> Confirmation:
-        """Of what a set predicts otherwise than what is said instead, of a joint and its white rows."""
+    def _confirmation(
+        self, found: Found, instead: Callable[[int, FloatArray], FloatArray], asked: Sequence[Member]
+    ) -> Confirmation:
+        """Of what a set predicts otherwise than what is said instead, of a joint and its white rows.
+
+        Args:
+            found: the set.
+            instead: of a joint and its white rows.
+            asked: members that are in one of the two alone.
+        """
+        of_others = rough_beside(found, asked)
         k, own = self.rows.precision.size, self._effects(found)
         observed = predicted = variance = 0.0
         shown = np.zeros(found.posterior.covariance.shape[0])
@@ -97,7 +111,8 @@ class HeldOut:
             observed += size + 2.0 * float(change @ (white[:, -1] - with_it))
             excess = float(found.level.excess[j])
             variance += excess**2 * size + self._of_misfit(found, j, change)
-            variance += size * change.size * (excess**2 - 1.0)
+            if j not in of_others:
+                variance += size * change.size * (excess**2 - 1.0)
             shown += self._seen(found, j, change)
         variance += float(shown @ found.posterior.covariance @ shown)
         return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)
@@ -132,7 +147,9 @@ class HeldOut:
         k, own = self.rows.precision.size, self._effects(found)
         of_member = np.repeat(np.arange(len(own)), [one.count for one in own]) == number
         without = found.posterior.known, np.where(of_member, 0.0, found.posterior.theta)
-        return self._confirmation(found, lambda j, white: _prediction(white[:, :k], own, j, without)).shown
+        return self._confirmation(
+            found, lambda j, white: _prediction(white[:, :k], own, j, without), [found.members[number]]
+        ).shown
 
     def score(self, found: Found, excess: FloatArray) -> float:
         """Log likelihood of the rows as a set predicts them, nats, up to a constant.

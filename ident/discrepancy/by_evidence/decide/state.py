@@ -122,3 +122,15 @@ def found_set(problem: Problem, members: Sequence[Member], level: Level, joints:
     score, level, posterior = fitted(gram, level, joints, problem.misfit)
     possible = problem.friction.log_possible(members, posterior)
     return Found(tuple(members), level, score, posterior, possible)
+
+
+def rough_beside(found: Found, asked: Sequence[Member]) -> set[int]:
+    """Joints at which what is not smooth is another member's: one is rough there, and none that is asked.
+
+    Args:
+        found: a set.
+        asked: those that are asked about, of this set or of another.
+    """
+    if any(one.candidate.family.rough for one in asked):
+        return set()
+    return {joint for one in found.members if one.candidate.family.rough for joint in one.entry.white.at}

@@ -37,6 +37,13 @@ def held_out(target: FloatArray) -> HeldOut:
     return HeldOut(None, Rows(data, known, (SMOOTH,), (NOISE,)))  # type: ignore[arg-type]
 
 
+def member(placed: Any, name: str = "asked for", rough: bool = False, at: int = 0) -> Any:
+    candidate = SimpleNamespace(key=(name, (at,)), family=SimpleNamespace(rough=rough))
+    return SimpleNamespace(
+        entry=SimpleNamespace(placed=placed, white=SimpleNamespace(at=(at,))), candidate=candidate
+    )
+
+
 def a_set(size: float | None, excess: float = 1.0) -> Any:
     """With an effect of a size or without any; its posterior."""
     placed = SimpleNamespace(
@@ -46,7 +53,7 @@ def a_set(size: float | None, excess: float = 1.0) -> Any:
         centre=(0.0,),
         of_measured=False,
     )
-    members = () if size is None else (SimpleNamespace(entry=SimpleNamespace(placed=placed)),)
+    members = () if size is None else (member(placed),)
     theta = np.array([] if size is None else [size])
     posterior = SimpleNamespace(
         known=np.array([0.3, -0.2]), theta=theta, covariance=SPREAD**2 * np.eye(KNOWN + theta.size)
@@ -96,6 +103,30 @@ def test_what_is_not_smooth_may_all_be_the_forms_own_error() -> None:
     plain, rough = (held.confirmation(a_set(SIZE, s), a_set(None)).deviation for s in (1.0, 1.5))
     more = change @ change * (1.5**2 - 1.0) * (1.0 + ROWS)
     assert rough**2 - plain**2 == pytest.approx(more)
+
+
+@pytest.mark.parametrize(
+    ("rough", "asked", "at", "own"),
+    [(True, False, 0, False), (False, False, 0, True), (True, True, 0, True), (True, False, 1, True)],
+)
+def test_what_a_gear_leaves_that_gives_way_is_the_gears(rough: bool, asked: bool, at: int, own: bool) -> None:
+    """Not of the friction beside it: of a rough member's joint, where none that is rough is asked for."""
+    held, change = held_out(drawn(np.random.default_rng(5))), SIZE * COURSE[:, 0]
+    sets = []
+    for excess in (1.0, 1.5):
+        pair = a_set(SIZE, excess)
+        placed = pair.members[0].entry.placed
+        pair.members = (member(placed, rough=asked), member(placed, "gear", rough, at))
+        pair.posterior.theta = np.array([SIZE, 0.0])
+        pair.posterior.covariance = SPREAD**2 * np.eye(KNOWN + 2)
+        alone = a_set(0.0, excess)
+        alone.members = pair.members[1:]
+        sets.append((pair, alone))
+    more = change @ change * (1.5**2 - 1.0)
+    plain, worse = (held.confirmation(*one).deviation for one in sets)
+    assert worse**2 - plain**2 == pytest.approx(more * (1.0 + ROWS * own))
+    plain, worse = (held.alone(one, 0).sigma * change @ change for one, _ in sets)
+    assert worse**2 - plain**2 == pytest.approx(more * (1.0 + ROWS * own))
 
 
 def test_noise_is_no_part_of_what_stays_unexplained() -> None:

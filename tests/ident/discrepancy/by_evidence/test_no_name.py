@@ -147,11 +147,30 @@ def test_where_no_run_says_what_is_usual_nothing_is_too_much() -> None:
     assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01), of_run=False) == 0.0
 
 
+@pytest.mark.parametrize(("at", "its_own"), [(1, True), (0, False)])
+def test_what_a_gear_leaves_that_gives_way_is_not_left_beside_what_is_beside_it(
+    at: int, its_own: bool
+) -> None:
+    """Rows twenty times as noisy at joint 0: of a gear there, or of one elsewhere."""
+    left = left_at(torque=(0.45, 0.1), misfit=(0.01, 0.01), excess=(20.0, 1.0), gear=at)
+    assert (left > 1.0) is its_own
+
+
 def left_at(
-    torque: tuple[float, ...], misfit: tuple[float, ...], rough: bool = False, of_run: bool = True
+    torque: tuple[float, ...],
+    misfit: tuple[float, ...],
+    rough: bool = False,
+    of_run: bool = True,
+    excess: tuple[float, ...] | None = None,
+    gear: int | None = None,
 ) -> float:
-    """Of one member that acts at all joints, each of which may leave 0.01 N·m."""
+    """Of one member that acts at all joints, each of which may leave 0.01 N·m; a gear may be beside it."""
     n = len(torque)
+    nothing = SimpleNamespace(torque=np.zeros(n))
+    elastic = SimpleNamespace(
+        candidate=SimpleNamespace(family=SimpleNamespace(rough=True)),
+        entry=SimpleNamespace(placed=nothing, white=SimpleNamespace(at=(gear,))),
+    )
     part = SimpleNamespace(columns=columns)
     prepared = SimpleNamespace(used=np.ones((4, n), dtype=np.bool_), parts=(part,))
     problem: Any = SimpleNamespace(
@@ -169,10 +188,11 @@ def left_at(
                 joints=range(n),
                 candidate=SimpleNamespace(key=("payload", ()), family=SimpleNamespace(rough=rough)),
                 entry=SimpleNamespace(placed=SimpleNamespace(torque=np.array(torque))),
-            )
+            ),
+            *([] if gear is None else [elastic]),
         ],
         theta=lambda number: (np.ones(1), np.eye(1)),
-        level=SimpleNamespace(kappa=np.array(misfit), excess=np.ones(n)),
+        level=SimpleNamespace(kappa=np.array(misfit), excess=np.array(excess or (1.0,) * n)),
         posterior=SimpleNamespace(known=np.zeros(1)),
     )
     return left_beside(problem, found, 0)
