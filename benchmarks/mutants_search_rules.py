@@ -55,7 +55,7 @@ RULES = (
     Broken(
         "a link takes what it takes where it is, and not its drive",
         "ident/effects/elastic_gear.py",
-        "loads[:, 1:] = _when_moved_otherwise(robot, drive, present, state)",
+        'loads[:, 1:] = state.once(present, ("otherwise", drive), otherwise)',
         "loads[:, 1:] = 0.0",
         ("tests/ident/effects/test_before_the_record.py",),
     ),

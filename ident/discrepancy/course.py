@@ -59,14 +59,10 @@ class Course:
             sizes: of each, where they are about known: what does not repeat beside these is noise.
             standard: (p,) parameters of the model beside them, where they are known.
         """
-        alone, about = self.first.present, None
         if sizes:
-            effects = [one.effect(self.first.examination, alone) for one in components]
-            self.first = self.first.beside(effects, sizes)
-            alone = self.first.present
-        if standard is not None:
-            about = with_effects(self.first.examination, components, alone, standard, sizes)
-        refined = refit(self.first.examination, components, alone, about)
+            examination, present = self.first.examination, self.first.present
+            self.first = self.first.beside([one.effect(examination, present) for one in components], sizes)
+        refined = self._refitted(components, sizes, standard)
         robot = self.first.base.model.robot
         pairs = enumerate(zip(components, bases, strict=True))
         self._fit_together([Accepted.of(robot, one, basis, refined, k) for k, (one, basis) in pairs], refined)
@@ -94,18 +90,23 @@ class Course:
         """A model with effects that the moving arm shows, each fitted beside all others."""
         if refined is None:
             components = [one.component for one in accepted]
-            alone = self.first.present
-            standard, sizes = (
-                self.moving.present.standard[: alone.standard.size],
-                [one.linear for one in accepted],
-            )
-            about = with_effects(self.first.examination, components, alone, standard, sizes)
-            refined = refit(self.first.examination, components, alone, about)
+            standard = self.moving.present.standard[: self.first.present.standard.size]
+            refined = self._refitted(components, [one.linear for one in accepted], standard)
         robot = self.first.base.model.robot
         self.findings = [
             Accepted.of(robot, one.component, one.basis, refined, k) for k, one in enumerate(accepted)
         ]
         self.step = self.moving = self._extended(self.first, refined)
+
+    def _refitted(
+        self, components: Sequence[Component], sizes: Sequence[FloatArray], standard: FloatArray | None
+    ) -> Refined:
+        """Effects beside the first model; the fit begins with sizes and parameters that are about known."""
+        examination, alone = self.first.examination, self.first.present
+        about = None
+        if standard is not None:
+            about = with_effects(examination, components, alone, standard, sizes)
+        return refit(examination, components, alone, about)
 
     def _extended(self, before: Step, refined: Refined) -> Step:
         return before.extended(

@@ -69,8 +69,7 @@ def _make(
             # The foot leans the way that the arm pushes it.
             pushes, before = between(-moment[:, axes], state)
             for axis, push in zip(axes, pushes, strict=True):
-                felt = np.stack([turning[axis] + own, push, *np.zeros((2, push.size))])
-                course = Course(felt, before, state.repeats)
+                course = Course.of(turning[axis] + own, push[np.newaxis], before, state)
                 rocking[:, :, axis] = Gear(1.0 / compliance, float(damping[axis])).lag(course, step).T
             torque = present.foot_torque(state, rocking)
             moment = torque[:, :AXES] - turned * rocking[:, 2]

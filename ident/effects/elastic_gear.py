@@ -83,7 +83,7 @@ def gear_columns(
     back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
 
     described = link_inertia(robot, drive)
-    rings = not (gear.gap or gear.cubic) and gear.rings_for(described) > FORGOTTEN
+    rings = gear.is_linear and gear.rings_for(described) > FORGOTTEN
 
     def law(state: State) -> FloatArray:
         if rings and state.measured is not None:
@@ -97,7 +97,7 @@ def gear_columns(
             inertia = inertia_along(present.link_mass_matrix(state.position), back, described)
             loads = np.empty((inertia.size, 3))
             loads[:, 0] = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
-            loads[:, 1:] = _when_moved_otherwise(robot, drive, present, state)
+            loads[:, 1:] = state.once(present, ("otherwise", drive), otherwise)
             loads[inertia <= _LEAST * described, 1:] = 0.0  # no body's
             return finer(inertia, loads, state)
 
@@ -105,6 +105,9 @@ def gear_columns(
             """(samples,) through the gear: what was measured, less what the drive takes for itself."""
             own = present.torque(state) - rigid
             return drive_torque(robot, np.asarray(state.torque) - own, drive)
+
+        def otherwise() -> FloatArray:
+            return _when_moved_otherwise(present, state, back)
 
         fine = state.once(present, (drive, offset_at_link), course)
         step = float(state.time[1] - state.time[0])
@@ -122,13 +125,12 @@ def gear_columns(
     return law
 
 
-def _when_moved_otherwise(robot: Robot, drive: int, present: PresentModel, state: State) -> FloatArray:
-    """∂τ/∂q and ∂τ/∂q̇ of the links at a drive along its own motion, samples × 2."""
-    back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
+def _when_moved_otherwise(present: PresentModel, state: State, back: FloatArray) -> FloatArray:
+    """∂τ/∂q and ∂τ/∂q̇ of the links along the motion ``back`` (n,) of a drive, at that drive: samples × 2."""
 
     def felt(way: float, rate: float) -> FloatArray:
         moved = state.moved(state.position + way * back, state.velocity + rate * back, state.acceleration)
-        return drive_torque(robot, present.link_torque(moved), drive)
+        return np.asarray(present.link_torque(moved) @ back)
 
     by_way = (felt(_WAY, 0.0) - felt(-_WAY, 0.0)) / (2.0 * _WAY)
     return np.stack([by_way, 0.5 * (felt(0.0, 1.0) - felt(0.0, -1.0))], axis=1)

@@ -49,7 +49,14 @@ class Course(NamedTuple):
 
     felt: FloatArray
     before: int
-    repeats: bool = False
+    repeats: bool
+
+    @classmethod
+    def of(cls, inertia: FloatArray, loads: FloatArray, before: int, state: State | None) -> Course:
+        """Of points of an inertia (finer samples,) and of loads (1 or 3 × finer samples): τ, and k and c."""
+        felt = np.zeros((4, inertia.size))
+        felt[0], felt[1 : 1 + loads.shape[0]] = inertia, loads
+        return cls(felt, before, state is not None and state.repeats)
 
 
 def finer(inertia: FloatArray, loads: FloatArray, state: State | None = None) -> Course:
@@ -61,10 +68,7 @@ def finer(inertia: FloatArray, loads: FloatArray, state: State | None = None) ->
         state: the motion, which goes on before its first sample; None where it begins at rest.
     """
     points, before = between(loads, state)
-    felt = np.zeros((4, points.shape[1]))
-    felt[0] = inertias(inertia[:, np.newaxis], state)[0]
-    felt[1 : 1 + points.shape[0]] = points
-    return Course(felt, before, state is not None and state.repeats)
+    return Course.of(inertias(inertia[:, np.newaxis], state)[0], points, before, state)
 
 
 def inertias(turned: FloatArray, state: State | None) -> FloatArray:
@@ -118,7 +122,7 @@ class Gear:
         """
         felt, before, repeats = course
         inertia = float(np.median(felt[0, ::_PARTS]))
-        needed = FORGOTTEN if self.gap > 0.0 else self.rings_for(inertia)
+        needed = self.rings_for(inertia)
         run = partial(self._run, sample_time, float(np.sqrt(self.stiffness / inertia)))
         recorded, lead = _PARTS * before, before * sample_time
         first = _PARTS * max(before - int(np.ceil(needed / sample_time)), 0) if repeats else 0
@@ -126,7 +130,7 @@ class Gear:
         for _ in range(int(needed / lead) if repeats and before else 0):
             state = run(felt[:, : recorded + 1], state)[:, -1].copy()
         found = run(felt[:, first:], state)[:, recorded - first :: _PARTS]
-        if carried is None or repeats or not before or needed <= lead or self.gap or self.cubic:
+        if carried is None or repeats or not before or needed <= lead or not self.is_linear:
             return found
         force = np.array([self.stiffness, self.damping, 0.0])
         free = felt[:, recorded:] * np.array([[1.0], [0.0], [1.0], [1.0]])
@@ -134,9 +138,14 @@ class Gear:
         sizes = np.linalg.lstsq((force @ rings).T, carried() - force @ found, rcond=None)[0]
         return np.asarray(found + np.tensordot(sizes, rings, 1))
 
+    @property
+    def is_linear(self) -> bool:
+        """Whether how it rings adds to what a motion makes it do."""
+        return not (self.gap or self.cubic)
+
     def rings_for(self, inertia: float) -> float:
-        """s in which a link of an inertia has forgotten how it began."""
-        return 2.0 * _FALLS * inertia / max(self.damping, 1e-12)
+        """s in which a link of an inertia has forgotten how it began; in flight it is not damped."""
+        return FORGOTTEN if self.gap else 2.0 * _FALLS * inertia / max(self.damping, 1e-12)
 
     def _settled(self, load: float, way: float) -> float:
         """Lag under a load that stays, but for what a link that lags takes of it."""
