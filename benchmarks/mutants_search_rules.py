@@ -55,7 +55,7 @@ RULES = (
     Broken(
         "a link takes what it takes where it is, and not its drive",
         "ident/effects/elastic_gear.py",
-        'loads[:, 1:] = state.once(present, ("otherwise", drive), otherwise)',
+        "loads[:, 1:] = slopes.along(back)[:2].T",
         "loads[:, 1:] = 0.0",
         ("tests/ident/effects/test_before_the_record.py",),
     ),
@@ -698,8 +698,23 @@ RULES = (
     Broken(
         "a foot is turned by an arm that rocks with it",
         "ident/effects/base_compliance.py",
-        "            moment = torque[:, :AXES] - turned * rocking[:, 2]\n",
-        "",
+        "np.where(push > least, (way, rate), 0.0)",
+        "np.zeros((2, push.size))",
+        ("tests/ident/effects/test_before_the_record.py",),
+    ),
+    Broken(
+        "each axis of a foot feels how it turns about the other",
+        "ident/effects/base_compliance.py",
+        "for other in set(axes) - {axis}:",
+        "for other in ():",
+        ("tests/ident/effects/test_before_the_record.py",),
+    ),
+    Broken(
+        "an oscillation of a gear is right to the fourth order of a step",
+        "ident/effects/gear_state.py",
+        "else 1.0 / 12.0)",
+        "else 0.25)",
+        ("tests/ident/effects/test_gear_state.py",),
     ),
     Broken(
         "names have sizes that are possible, forms of something without a name any",

@@ -191,7 +191,7 @@ def _warming(
 def _gap_table(gear: Gear, function: object) -> Table:
     assert callable(function)
     points = np.linspace(-gear.gap, gear.gap, _GAP_CELLS + 1)
-    return Table(-gear.gap, 2 * gear.gap / _GAP_CELLS, np.asarray(function(points), dtype=np.float64))
+    return Table.at(-gear.gap, 2 * gear.gap / _GAP_CELLS, np.asarray(function(points), dtype=np.float64))
 
 
 def _curves(extra: SimulatedParts, coordinates: Coordinates, tables: _Tables) -> FloatArray:
@@ -208,7 +208,7 @@ def _curves(extra: SimulatedParts, coordinates: Coordinates, tables: _Tables) ->
             )
         else:
             bent = np.linspace(-1.0, 1.0, 5)
-            table = Table(-1.0, 0.5, gear.stiffness * bent + gear.cubic * bent**3)
+            table = Table.at(-1.0, 0.5, gear.stiffness * bent + gear.cubic * bent**3)
         row = coordinates.across(index)
         rows.append(np.concatenate([[tables.add(table), -1], row, row]))
     return np.array(rows).reshape(-1, 2 + 2 * coordinates.count)

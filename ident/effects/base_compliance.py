@@ -2,24 +2,27 @@
 
 The foot turns about the axes x and y of its base by angles φ that follow from the moment about them,
 
-    (J + I(q)) φ̈ + D φ̇ + φ / c = −N(q, q̇, q̈)
+    (J + I) φ̈ + (D + ∂N/∂φ̇) φ̇ + (1/c + ∂N/∂φ) φ = −N(q, q̇, q̈)
 
 with the inertias J of the foot and I of the arm about the axis, the compliance c, and N the moment that the
-motion takes of the base, less that of I: of one that stands still first, then of one that rocks as was found
-with that (what a turning foot, an arm in motion and gravity make of each other: left out it was a tenth of a
-foot's torque that rings). The joints then turn on a base that leans and is accelerated. It is
-the slowest oscillation of many cells (pedestals, gantries, mobile platforms), and each joint alone would be
-called an elastic gear. Turning about z cannot be told from an elastic gear of a joint that is upright on it.
+motion takes of a base that stands still; of two axes each feels the other as well. (What a turning foot, an
+arm in motion and gravity make of each other was a tenth of a foot's torque that rings.) The joints then turn
+on a base that leans and is accelerated. It is the slowest oscillation of many cells (pedestals, gantries,
+mobile platforms), and each joint alone would be called an elastic gear. Turning about z cannot be told from
+an elastic gear of a joint that is upright on it.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 
 from ident.effects.chain import chain_frames
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.foot import AXES, FootSpring, inertia_on_foot
-from ident.effects.gear_state import Course, Gear, between, inertias
+from ident.effects.gear_state import Course, Gear, between, finer
+from ident.effects.moved_links import Slopes
 from ident.effects.placed import Family, Law, Parameters, Parts
 from ident.effects.simulated import SimulatedParts
 from ident.effects.state import State
@@ -37,7 +40,7 @@ _OWN, _MOST = 0.5, 4.0
 _ABOUT = ((0,), (1,), (0, 1))
 """Axes of the foot that give way, by the number that says so."""
 _ROUNDS = 3
-"""In which the moment that the foot feels is that of an arm that rocks with it."""
+"""In which each of two axes feels how the foot turns about the other one."""
 _FEWEST_TURNING = 2
 """Joints that turn: of a single axis the moment on its foot is not known."""
 _LEAST = 0.01
@@ -58,22 +61,25 @@ def _make(
     axes = _ABOUT[int(about)]
     damping = 2.0 * ratio * np.sqrt((inertia + own) / compliance)
 
+    gear = Gear(1.0 / compliance, float(damping[0])), Gear(1.0 / compliance, float(damping[1]))
+
     def law(state: State) -> FloatArray:
         samples, n = state.position.shape
         if state.time is None or samples < 2:
             return np.zeros((samples, n, 1))
-        rigid, turned, turning = state.once(present, "foot", lambda: _on_firm_ground(present, state, inertia))
+        slopes = state.once(present, "rocking", lambda: _slopes(present, state))
+        courses = state.once(present, "foot", lambda: _courses(present, state, slopes, inertia))
         step = float(state.time[1] - state.time[0])
-        rocking, moment = np.zeros((samples, 3, AXES)), rigid[:, :AXES]
-        for _ in range(_ROUNDS):
-            # The foot leans the way that the arm pushes it.
-            pushes, before = between(-moment[:, axes], state)
-            for axis, push in zip(axes, pushes, strict=True):
-                course = Course.of(turning[axis] + own, push[np.newaxis], before, state)
-                rocking[:, :, axis] = Gear(1.0 / compliance, float(damping[axis])).lag(course, step).T
-            torque = present.foot_torque(state, rocking)
-            moment = torque[:, :AXES] - turned * rocking[:, 2]
-        return (torque - rigid)[:, AXES:, np.newaxis]
+        rocking = np.zeros((AXES, 3, samples))
+        for _ in range(_ROUNDS if len(axes) > 1 else 1):
+            for axis in axes:
+                felt = courses[axis].felt.copy()
+                felt[0] += own
+                for other in set(axes) - {axis}:
+                    felt[1] -= between(slopes[other].torque(rocking[other])[:, axis : axis + 1], state)[0][0]
+                rocking[axis] = gear[axis].lag(courses[axis]._replace(felt=felt), step)
+        torque = sum(slopes[axis].torque(rocking[axis]) for axis in axes)
+        return np.asarray(torque)[:, AXES:, np.newaxis]
 
     def parts(values: FloatArray) -> SimulatedParts:
         softer = max(float(values[0]), 0.0) * compliance
@@ -83,22 +89,28 @@ def _make(
     return Parameters(("rocking",), ("1",), ((0.0, 3.0),), (0.1,), (1.0,)), law, parts
 
 
-def _on_firm_ground(
-    present: PresentModel, state: State, described: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Torque on foot and joints of a foot that stands still, and the inertia about its two axes.
+def _slopes(present: PresentModel, state: State) -> tuple[Slopes, ...]:
+    """Of the torque on foot and joints along a turn of the foot about each of its axes."""
 
-    That is once as the model says it, and once as a foot turns with it: of some body, with points between.
-    """
-    samples = state.position.shape[0]
-    still = np.zeros((samples, 3, AXES))
-    rigid = present.foot_torque(state, still)
-    about = np.empty((samples, AXES))
-    for axis in range(AXES):
-        turning = still.copy()
-        turning[:, 2, axis] = 1.0
-        about[:, axis] = (present.foot_torque(state, turning) - rigid)[:, axis]
-    return rigid, about, inertias(np.maximum(about, _LEAST * described), state)
+    def felt(axis: int, *turn: float) -> FloatArray:
+        rocking = np.zeros((state.position.shape[0], 3, AXES))
+        rocking[:, :, axis] = turn
+        return present.foot_torque(state, rocking)
+
+    return tuple(Slopes.of(partial(felt, axis)) for axis in range(AXES))
+
+
+def _courses(
+    present: PresentModel, state: State, slopes: tuple[Slopes, ...], described: FloatArray
+) -> tuple[Course, ...]:
+    """What the foot feels about each of its axes of an arm on firm ground: it leans the way it is pushed."""
+    courses = []
+    for axis, (one, least) in enumerate(zip(slopes, _LEAST * described, strict=True)):
+        way, rate, push = one.each[axis]
+        still = present.foot_torque(state, np.zeros((push.size, 3, AXES)))[:, axis]
+        loads = np.stack([-still, *np.where(push > least, (way, rate), 0.0)], axis=1)  # less is no body's
+        courses.append(finer(np.maximum(push, least), loads, state))
+    return tuple(courses)
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

@@ -48,7 +48,7 @@ def _make(
     def parts(values: FloatArray) -> SimulatedParts:
         # A straight line, which goes on beyond the table.
         ends = np.linspace(float(robot.lower[joint]), float(robot.upper[joint]), 5)
-        line = Table(float(ends[0]), float(ends[1] - ends[0]), values[1] * ends + values[2])
+        line = Table.at(float(ends[0]), float(ends[1] - ends[0]), values[1] * ends + values[2])
         return SimulatedParts(
             position=(PositionTorque(row, row, line),),
             friction=(FrictionTorque(row, values[0] * row, Bristle(length, "exponential")),),

@@ -7,6 +7,7 @@ import pinocchio
 
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.gear_state import FORGOTTEN, Course, Gear, finer
+from ident.effects.moved_links import slopes_of_links
 from ident.effects.placed import (
     OFFSET_AT_LINK,
     Family,
@@ -40,9 +41,6 @@ _ABOUT_ONE = (0.1,)
 """Deviation of that factor: what links that are known to a tenth leave of it."""
 _LEAST = 0.01
 """Of the described inertia of the links at home: an arm that folds has more."""
-
-_WAY = 1e-4
-"""rad (or m); of the slope of a torque."""
 
 _AT_HOME: IdentityCache[FloatArray] = IdentityCache()
 """Every effect of a gear with every shape asks for these."""
@@ -91,49 +89,31 @@ def gear_columns(
             state = state.measured
         if state.time is None or state.time.shape[0] < 2:
             return np.zeros((*state.position.shape, 1))
-        rigid = present.link_torque(state)
+        slopes = slopes_of_links(present, state, drive, back)
 
         def course() -> Course:
             inertia = inertia_along(present.link_mass_matrix(state.position), back, described)
             loads = np.empty((inertia.size, 3))
-            loads[:, 0] = drive_torque(robot, rigid + offset_at_link * present.offset_torque(), drive)
-            loads[:, 1:] = state.once(present, ("otherwise", drive), otherwise)
+            through = present.link_torque(state) + offset_at_link * present.offset_torque()
+            loads[:, 0] = drive_torque(robot, through, drive)
+            loads[:, 1:] = slopes.along(back)[:2].T
             loads[inertia <= _LEAST * described, 1:] = 0.0  # no body's
             return finer(inertia, loads, state)
 
         def carried() -> FloatArray:
             """(samples,) through the gear: what was measured, less what the drive takes for itself."""
-            own = present.torque(state) - rigid
+            own = present.torque(state) - present.link_torque(state)
             return drive_torque(robot, np.asarray(state.torque) - own, drive)
-
-        def otherwise() -> FloatArray:
-            return _when_moved_otherwise(present, state, back)
 
         fine = state.once(present, (drive, offset_at_link), course)
         step = float(state.time[1] - state.time[0])
         # The link lags behind a drive that pushes it.
-        lag, rate, push = gear.lag(fine, step, None if state.torque is None else carried)
-        moved = state.moved(
-            state.position - np.outer(lag, back),
-            state.velocity - np.outer(rate, back),
-            state.acceleration - np.outer(push, back),
-        )
-        change = (present.link_torque(moved) - rigid)[:, :, np.newaxis]
+        lag = gear.lag(fine, step, None if state.torque is None else carried)
+        change = -slopes.torque(lag)[:, :, np.newaxis]
         # What a spring makes of a filtered motion is filtered; impacts are not.
         return as_positions_show(robot, state, change) if gear.gap > 0.0 else change
 
     return law
-
-
-def _when_moved_otherwise(present: PresentModel, state: State, back: FloatArray) -> FloatArray:
-    """∂τ/∂q and ∂τ/∂q̇ of the links along the motion ``back`` (n,) of a drive, at that drive: samples × 2."""
-
-    def felt(way: float, rate: float) -> FloatArray:
-        moved = state.moved(state.position + way * back, state.velocity + rate * back, state.acceleration)
-        return np.asarray(present.link_torque(moved) @ back)
-
-    by_way = (felt(_WAY, 0.0) - felt(-_WAY, 0.0)) / (2.0 * _WAY)
-    return np.stack([by_way, 0.5 * (felt(0.0, 1.0) - felt(0.0, -1.0))], axis=1)
 
 
 def _elasticity(

@@ -10,6 +10,7 @@ import numpy as np
 
 from ident.effects.elastic_gear import inertia_along, link_inertia
 from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.moved_links import slopes_of_links
 from ident.effects.placed import (
     ANY,
     Family,
@@ -27,9 +28,6 @@ from ident.effects.state import State
 from ident.effects.torque_ripple import motor_angle, ripple_shapes
 from robots.arrays import FloatArray
 from robots.description import Robot
-
-_SMALL = 1e-5
-"""rad (or m); a step in which the torque is linear in the error."""
 
 _ERROR = 3e-4
 """rad (or m), deviation of the error: one minute of arc, what makers promise."""
@@ -79,14 +77,10 @@ def _make(
         error = np.sin(phase)
         error_rate = np.cos(phase) * speed
         error_push = np.cos(phase) * push - np.sin(phase) * speed**2
-        moved = state.moved(
-            state.position + _SMALL * np.outer(error, back),
-            state.velocity + _SMALL * np.outer(error_rate, back),
-            state.acceleration + _SMALL * np.outer(error_push, back),
-        )
+        ahead = slopes_of_links(present, state, drive, back).torque(np.stack([error, error_rate, error_push]))
         # The error's slope is a lever: what passes through an inexact gear is power, not torque.
         lever = waves * np.cos(phase) * drive_torque(robot, still, drive)
-        return np.asarray((present.link_torque(moved) - still) / _SMALL + np.outer(lever, row))
+        return np.asarray(ahead + np.outer(lever, row))
 
     def parts(values: FloatArray) -> SimulatedParts:
         reach = float(np.abs(row) @ np.maximum(np.abs(robot.lower), np.abs(robot.upper))) + 0.1

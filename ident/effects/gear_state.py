@@ -26,13 +26,17 @@ from ident.even_spline import EvenSpline
 from robots.arrays import FloatArray
 
 _LONGEST_STEP, _SHORTEST_STEP = 2.5e-4, 2e-5
-"""s; of the integration."""
+"""s; of the integration: the longest where a flank may be met within a step."""
 _PARTS = 4
-"""Of a sample, in which the load goes on straight."""
+"""Of a sample, in which the load goes on straight: a step is no longer."""
 _NEWTON_STEPS = 4
 """Of a spring that stiffens, from the step of its linear part, at most."""
 _SETTLED = 1e-9
 """Of the acceleration: the step after one that is less would change nothing."""
+
+_STABLE = 1.5
+"""Of (h ω)², up to which a step is a part of an oscillation: Fox and Goodwin's rule is stable to 6, and a
+spring that stiffens is that much harder where it is bent."""
 
 FORGOTTEN = 3.0
 """s after which a link has no state of its own any more: the slowest one on a gear that is looked for, of 6
@@ -40,8 +44,9 @@ Hz and damped by 0.08, has come down to e⁻⁹."""
 _FALLS = 9.0
 """So many time constants, of one that is damped less and in a motion that repeats."""
 
-_PHASE = 0.1
-"""rad of the link's oscillation per step: its frequency is then right within 0.1 %."""
+_PHASE, _PHASE_OF_PLAY = 0.2, 0.1
+"""rad of the link's oscillation per step: its frequency is then right to 10⁻⁵, and where steps are shorter
+for a play's flanks, within 0.1 %."""
 
 
 class Course(NamedTuple):
@@ -165,11 +170,12 @@ class Gear:
 
     def _run(self, sample_time: float, frequency: float, felt: FloatArray, state: FloatArray) -> FloatArray:
         """3 × finer samples from a state (3,) on, that of the first."""
-        step = min(max(_PHASE / frequency, _SHORTEST_STEP), _LONGEST_STEP)
-        substeps = max(1, int(np.ceil(sample_time / (_PARTS * step))))
+        longest = min(_PHASE_OF_PLAY / frequency, _LONGEST_STEP) if self.gap else _PHASE / frequency
+        part = sample_time / _PARTS
+        substeps = int(np.ceil(part / max(longest, _SHORTEST_STEP) * (1.0 - 1e-9)))
         found = np.empty((3, felt.shape[1]))
         spring = self.stiffness, self.damping, 0.5 * self.gap, self.cubic
-        _kernel()(*felt, sample_time / (_PARTS * substeps), substeps, *spring, state, *found)
+        _kernel()(*felt, part / substeps, substeps, *spring, state, *found)
         return found
 
 
@@ -198,40 +204,43 @@ def _run(
     rate: FloatArray,
     push: FloatArray,
 ) -> None:
-    """Trapezoidal rule: stable at any stiffness and without damping of its own. Writes lag, rate and push.
+    """Newmark's rule with γ = ½, which damps nothing itself. Writes lag, rate and push.
 
+    With β = 1/12 (Fox and Goodwin) an oscillation is right to the fourth order of a step that is a part of
+    it; with β = ¼, the trapezoidal rule, to the second, but stable at any stiffness and where a flank is met.
     Free flight is tried first; where that ends beyond the gap, the flank's implicit step is taken instead.
     """
     x, v, a = start[0], start[1], start[2]
     lag[0], rate[0], push[0] = x, v, a
-    given = 0.25 * h * h * stiffness + 0.5 * h * damping
     for k in range(1, load.shape[0]):
         for s in range(1, substeps + 1):
             ahead = s / substeps
             way = by_way[k - 1] + ahead * (by_way[k] - by_way[k - 1])
             drag = by_rate[k - 1] + ahead * (by_rate[k] - by_rate[k - 1])
             m = inertia[k - 1] + ahead * (inertia[k] - inertia[k - 1])
-            m += 0.25 * h * h * way + 0.5 * h * drag
+            b = h * h * (0.25 if half > 0.0 or h * h * stiffness > _STABLE * m else 1.0 / 12.0)
+            given = b * stiffness + 0.5 * h * damping
+            m += b * way + 0.5 * h * drag
             # Position and speed at the end of the step, less what the new acceleration adds to them.
-            y, w = x + h * v + 0.25 * h * h * a, v + 0.5 * h * a
+            y, w = x + h * v + (0.5 * h * h - b) * a, v + 0.5 * h * a
             f = load[k - 1] + ahead * (load[k] - load[k - 1]) - way * y - drag * w
             if half == 0.0:  # a spring that is never left
                 a = (f - stiffness * y - damping * w) * (1.0 / (m + given))
                 for _ in range(_NEWTON_STEPS if cubic > 0.0 else 0):
-                    bent = y + 0.25 * h * h * a
+                    bent = y + b * a
                     force = (stiffness + cubic * bent * bent) * bent + damping * (w + 0.5 * h * a)
                     hardness = stiffness + 3.0 * cubic * bent * bent
-                    less = (m * a + force - f) / (m + 0.25 * h * h * hardness + 0.5 * h * damping)
+                    less = (m * a + force - f) / (m + b * hardness + 0.5 * h * damping)
                     a -= less
                     if abs(less) <= _SETTLED * abs(a):
                         break
             else:
                 a, give = f / m, 1.0 / (m + given)  # neither waits for the step before
-                end = y + 0.25 * h * h * a
+                end = y + b * a
                 if end > half or end < -half:
                     edge = half if end > half else -half
                     pressed = (f - stiffness * (y - edge) - damping * w) * give
                     if (f - m * pressed) * edge > 0.0:  # a flank never pulls
                         a = pressed
-            x, v = y + 0.25 * h * h * a, w + 0.5 * h * a
+            x, v = y + b * a, w + 0.5 * h * a
         lag[k], rate[k], push[k] = x, v, a

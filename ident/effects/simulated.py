@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
@@ -26,15 +27,20 @@ _EXACT_ENOUGH = 1e-7
 class Table:
     """A function of one variable by its values at evenly spaced points; beyond the ends it goes on straight.
 
+    It is made when it is asked for: far more ask what an effect consists of than simulate it.
+
     Attributes:
         lower: the first point.
-        spacing: between two points, greater than 0.
-        values: (points,) at least four.
+        make: the space between two points, greater than 0, and the values at them: (points,), at least four.
     """
 
     lower: float
-    spacing: float
-    values: FloatArray
+    make: Callable[[], tuple[float, FloatArray]]
+
+    @classmethod
+    def at(cls, lower: float, spacing: float, values: FloatArray) -> Table:
+        """Of values (points,) from a first point on."""
+        return cls(lower, lambda: (spacing, values))
 
     @classmethod
     def of(cls, function: Callable[[FloatArray], FloatArray], lower: float, upper: float) -> Table:
@@ -42,16 +48,37 @@ class Table:
 
         A function with a kink or a jump gets 65 536 cells.
         """
-        cells = _FEWEST
-        while True:
-            points = np.linspace(lower, upper, cells + 1)
-            values = np.asarray(function(points), dtype=np.float64)
-            between = np.asarray(function(0.5 * (points[1:-2] + points[2:-1])))
-            cubic = (9 * (values[1:-2] + values[2:-1]) - values[:-3] - values[3:]) / 16
-            scale = float(np.abs(values).max())
-            if cells >= _MOST or float(np.abs(cubic - between).max()) <= _EXACT_ENOUGH * scale:
-                return cls(lower, (upper - lower) / cells, values)
-            cells *= 2
+        return cls(lower, lambda: _tabulated(function, lower, upper))
+
+    @cached_property
+    def _made(self) -> tuple[float, FloatArray]:
+        return self.make()
+
+    @property
+    def spacing(self) -> float:
+        """Between two points."""
+        return self._made[0]
+
+    @property
+    def values(self) -> FloatArray:
+        """At the points."""
+        return self._made[1]
+
+
+def _tabulated(
+    function: Callable[[FloatArray], FloatArray], lower: float, upper: float
+) -> tuple[float, FloatArray]:
+    """Space between points, and values at them."""
+    cells = _FEWEST
+    while True:
+        points = np.linspace(lower, upper, cells + 1)
+        values = np.asarray(function(points), dtype=np.float64)
+        between = np.asarray(function(0.5 * (points[1:-2] + points[2:-1])))
+        cubic = (9 * (values[1:-2] + values[2:-1]) - values[:-3] - values[3:]) / 16
+        scale = float(np.abs(values).max())
+        if cells >= _MOST or float(np.abs(cubic - between).max()) <= _EXACT_ENOUGH * scale:
+            return (upper - lower) / cells, values
+        cells *= 2
 
 
 @dataclass(frozen=True)

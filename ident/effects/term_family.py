@@ -127,7 +127,7 @@ def simulated_term(robot: Robot, term: Term, value: float, offset: FloatArray) -
         return SimulatedParts(damping=value * np.outer(row, np.eye(robot.n)[term.factors[0].joint]))
     curve, course = _curve(robot, term), _course(term)
     if not (own or others or loads):
-        flat = curve or Table(-1.0, 1.0, np.ones(4))
+        flat = curve or Table.at(-1.0, 1.0, np.ones(4))
         return SimulatedParts(position=(PositionTorque(row, value * row, flat, course),))
     torque = FrictionTorque(
         row,

@@ -77,6 +77,18 @@ def test_a_load_of_a_sixth_of_the_sampling_rate_is_wholly_felt() -> None:
     assert abs(wave - answer) < 0.04 * abs(answer)
 
 
+def test_a_gear_that_is_not_damped_keeps_time() -> None:
+    """At 250 Hz, 30 Hz for 3 s: x = F (sin Ωt − Ω/ω sin ωt) / (k − m Ω²)."""
+    stiffness, _ = gear(30.0, 0.0)
+    time, wave, own = np.arange(0.0, 3.0, 0.004), 2 * np.pi * 3.0, 2 * np.pi * 30.0
+    load = 8.0 * np.sin(wave * time)
+    lag = lag_of_link(np.full_like(load, INERTIA), load, 0.004, Gear(stiffness, 0.0))[0]
+    forced = 8.0 / (stiffness - INERTIA * wave**2)
+    free = -forced * wave / own * np.sin(own * time)
+    missed = lag - forced * np.sin(wave * time) - free
+    assert np.linalg.norm(missed) < 0.01 * np.linalg.norm(free)
+
+
 @pytest.mark.parametrize("share", [0.3, 3.0])
 def test_a_gear_that_stiffens(share: float) -> None:
     """The further stiffness is a share of the first at the largest way of a load that grows slowly."""

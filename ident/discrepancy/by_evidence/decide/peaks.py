@@ -27,4 +27,6 @@ def tried_at(
     """A candidate with each of some shapes, those that the data show anything of."""
     placed = [candidate.at(rows.prepared.robot, shape, present) for shape in shapes]
     entries = [Entry(candidate, one, rows.effect(one, single=True)) for one in placed]
-    return [one for one in entries if one.white.there]
+    there = [one for one in entries if one.white.there]
+    rows.keep_products_with([one.white for one in there])
+    return there

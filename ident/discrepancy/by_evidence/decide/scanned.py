@@ -69,9 +69,7 @@ def scanned(
         "corner": lambda one: best_corners(rows, found, one, present),
     }
     made = at_once(lambda one: tried_at(rows, one, likeliest[one.over](one), present), some)
-    entries = tuple(entry for of_one in made for entry in of_one)
-    rows.keep_products_with([entry.white for entry in entries])
-    return entries
+    return tuple(entry for of_one in made for entry in of_one)
 
 
 def _waves(
