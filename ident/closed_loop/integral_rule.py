@@ -15,7 +15,7 @@ from ident.closed_loop.control_law import fed_forward
 from ident.filters import recursion
 from ident.preparation.set_points import set_point_accelerations, set_points
 from ident.recording import Recording
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 from robots.description import Controller, Robot
 
 _SURE = 3.0
@@ -23,6 +23,9 @@ _SURE = 3.0
 
 _APART = 16
 """Samples between the two whose difference is looked at: slow motion changes little from one to the next."""
+
+_AT_LIMIT = 0.99
+"""Of the described saturation: a signal that is there, noise and all, may be one that asks for more."""
 
 _FIRST_SAMPLES = 10
 """Left out: filters of the loop begin in a state that was not recorded."""
@@ -57,7 +60,7 @@ def integrates_first(robot: Robot, recording: Recording) -> bool:
     before = np.concatenate([np.zeros_like(grown[:1]), grown[:-1]])
     rest = signal - proportional[:end] - before[:end]
     left = rest[_APART:] - rest[:-_APART]
-    limited = np.abs(signal) >= 0.999 * np.array(controller.saturation)
+    limited = at_limit(controller, signal)
     used = ~np.logical_or.reduce([limited[k : end - _APART + k] for k in range(_APART + 1)])
     used[:_FIRST_SAMPLES] = False
     top = bottom = 0.0
@@ -71,6 +74,11 @@ def integrates_first(robot: Robot, recording: Recording) -> bool:
         return False
     share, sigma = top / bottom, (_APART / bottom) ** 0.5
     return bool(0.5 + _SURE * sigma < share < 1.5 - _SURE * sigma)
+
+
+def at_limit(controller: Controller, signal: FloatArray) -> BoolArray:
+    """(samples, n) where a control signal is at the described saturation."""
+    return np.asarray(np.abs(signal) >= _AT_LIMIT * np.array(controller.saturation))
 
 
 def replayed(robot: Robot, recording: Recording, reference: FloatArray) -> tuple[FloatArray, FloatArray]:

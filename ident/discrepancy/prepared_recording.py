@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -11,11 +11,11 @@ from scipy.ndimage import binary_dilation
 
 from ident.closed_loop.at_once import at_once
 from ident.decimation import DecimationFilter, decimate, decimate_index, decimation_reach
-from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
+from ident.discrepancy.repeats import motion_of_others, not_repeating, repeat_length
 from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
 from ident.parameters.base import BaseParameters
-from ident.preparation.observed_torque import load_torque, observed_torque
+from ident.preparation.observed_torque import asked_torque, load_torque, observed_torque
 from ident.recording import Recording
 from ident.signals import kept_samples, motion, own_samples
 from robots.arrays import BoolArray, FloatArray
@@ -152,14 +152,15 @@ def prepared_recording(
     torque = observed_torque(robot, recording, everything, as_rows=True)
     carried = torque + load_torque(robot, recording, everything)
     motion_of = whole.position, whole.velocity, whole.acceleration
-    state = State(*motion_of, time, carried, recording.load, period)
+    asked = asked_torque(robot, recording, everything)
+    state = State(*motion_of, time, carried, recording.load, period, asked=asked)
     measured = state.part(keep)
     kept_time = time[keep]
     return PreparedRecording(
         recording=recording,
         started=started,
         measured=measured,
-        instruments=measured if period is None else _from_other_periods(state, period).part(keep),
+        instruments=measured if period is None else motion_of_others(state, period).part(keep),
         full_torque=torque[keep],
         torque=thinned(torque[keep], settings.decimation, settings.decimation_filter),
         moving=_moving(robot, measured, recording.sample_time, settings),
@@ -215,17 +216,6 @@ def thinned(columns: FloatArray, decimation: int, kind: DecimationFilter) -> Flo
         chosen = alive[start : start + _CHANNELS_AT_ONCE]
         thin[:, chosen] = decimate(flat[:, chosen], decimation, kind)
     return thin.reshape(-1, *columns.shape[1:])
-
-
-def _from_other_periods(state: State, period: int) -> State:
-    """Each sample's motion as the other periods show it; time stays the sample's own."""
-    return replace(
-        state,
-        position=others_mean(state.position, period),
-        velocity=others_mean(state.velocity, period),
-        acceleration=others_mean(state.acceleration, period),
-        torque=None if state.torque is None else others_mean(state.torque, period),
-    )
 
 
 def _moving(robot: Robot, state: State, sample_time: float, settings: Identification) -> BoolArray:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.signal import fftconvolve
 
+from ident.effects import State
 from robots.arrays import FloatArray
 
 _SHORTEST = 1.0
@@ -61,6 +64,19 @@ def others_mean(values: FloatArray, period: int) -> FloatArray:
     count = np.bincount(phase, minlength=period)[phase][:, np.newaxis]
     rest = total[phase] - values
     return np.where(count > 1, rest / np.maximum(count - 1, 1), values)
+
+
+def motion_of_others(state: State, period: int) -> State:
+    """Each sample's motion and torque as the other periods show them; time stays the sample's own."""
+    torque, asked = state.torque, state.asked
+    return replace(
+        state,
+        position=others_mean(state.position, period),
+        velocity=others_mean(state.velocity, period),
+        acceleration=others_mean(state.acceleration, period),
+        torque=None if torque is None else others_mean(torque, period),
+        asked=None if asked is None else asked.then(lambda made: others_mean(made, period)),
+    )
 
 
 def mean_period(values: FloatArray, period: int) -> FloatArray:

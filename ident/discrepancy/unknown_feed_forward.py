@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.closed_loop.integral_rule import as_it_integrates, replayed
+from ident.closed_loop.integral_rule import as_it_integrates, at_limit, replayed
 from ident.discrepancy.loop import SETTLING
 from ident.discrepancy.repeats import not_repeating, repeat_length
 from ident.effects import State
@@ -145,21 +145,52 @@ def _beside_law(robot: Robot, recording: Recording) -> FloatArray:
     controller = robot.controller
     assert recording.reference is not None
     proportional, rate = replayed(robot, recording, recording.reference)
-    known = proportional + controller.sample_time * (np.cumsum(rate, axis=0) - rate)
-    if recording.added is not None:
-        known = known + recording.added
     late = controller.delay_samples
     signal = recording.control_signal
     # What the last samples put out comes after the record's end.
     later = np.concatenate([signal[late:], np.repeat(signal[-1:], late, axis=0)])
+    limited = at_limit(controller, later)
+    known = proportional + controller.sample_time * (np.cumsum(rate, axis=0) - rate)
+    if recording.added is not None:
+        known = known + recording.added
     beside = later - known
     if late:
         beside[-late:] = beside[-late - 1]
-    return np.asarray(beside)
+    return _through_limits(robot, recording, beside, limited) if limited.any() else np.asarray(beside)
 
 
-def _of_set_points(robot: Robot, recording: Recording, beside: FloatArray) -> FloatArray:
-    """(samples, n) what of control signals the usual model's columns along the set-points make."""
+def _through_limits(robot: Robot, recording: Recording, beside: FloatArray, limited: BoolArray) -> FloatArray:
+    """The same where drives come to their limit: there the limit is recorded, whatever is asked for.
+
+    How far an integral goes on in the limit no two firmwares agree, so each stretch between limits has
+    a level of its own that is not looked at. In the limit it is what the set-points make of it elsewhere.
+    (A saturation that explains its positions to 5 µrad was refuted by a loop that was fed such levels, and
+    left 7 mrad.)
+    """
+    free = np.asarray(~limited.any(axis=1))
+    stretch = np.cumsum(np.diff(free.astype(np.int64), prepend=0) == 1)
+    inside = free[:, np.newaxis] & (stretch[:, np.newaxis] == 1 + np.arange(stretch[-1]))
+    made = _of_set_points(robot, recording, beside, inside.astype(np.float64))
+    rest, samples = beside - made, np.arange(beside.shape[0])
+    levels = (inside.T @ rest) / np.maximum(inside.sum(axis=0), 1)[:, np.newaxis]
+    integrates = np.array(robot.controller.integral_gain) > 0.0
+    rest = np.where(integrates, rest - inside @ levels, rest)
+    if free.any():
+        rest = np.stack([np.interp(samples, samples[free], one[free]) for one in rest.T], axis=1)
+    return np.asarray(made + rest)
+
+
+def _of_set_points(
+    robot: Robot, recording: Recording, beside: FloatArray, levels: FloatArray | None = None
+) -> FloatArray:
+    """(samples, n) what of control signals the usual model's columns along the set-points make.
+
+    Args:
+        robot, recording: as above.
+        beside: (samples, n) the signals.
+        levels: (samples, k) ones in each stretch that counts, which has a level beside; None for one of all,
+            which is part of what they make.
+    """
     assert recording.reference is not None
     settings = robot.identification.model_copy(update={"trim_samples": (0, 0)})
     asked = motion(recording.time, recording.reference, settings)
@@ -167,10 +198,14 @@ def _of_set_points(robot: Robot, recording: Recording, beside: FloatArray) -> Fl
         State(asked.position, asked.velocity, asked.acceleration, asked.time)
     )
     torque, found = robot.joint_torque(beside), np.zeros_like(beside)
+    constant = np.ones((torque.shape[0], 1)) if levels is None else levels
+    used = np.flatnonzero(constant.any(axis=1))[::_THINNED]
     for joint, wanted in enumerate(torque.T):
-        own = np.concatenate([columns[:, joint], np.ones((wanted.size, 1))], axis=1)
+        own = np.concatenate([columns[:, joint], constant], axis=1)
         own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
-        factors = np.linalg.lstsq(own[::_THINNED], wanted[::_THINNED], rcond=_DEPENDENT)[0]
+        factors = np.linalg.lstsq(own[used], wanted[used], rcond=_DEPENDENT)[0]
+        if levels is not None:
+            factors[columns.shape[2] :] = 0.0
         found[:, joint] = own @ factors
     return np.asarray(robot.control_signal(found))
 

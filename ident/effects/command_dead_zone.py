@@ -16,13 +16,13 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     along,
-    as_positions_show,
     drive_row,
     drive_torque,
     each_drive,
     torque_unit,
 )
 from ident.effects.scales import rated_torque
+from ident.effects.shown import as_positions_show, of_what_is_asked
 from ident.effects.simulated import DriveChange, SimulatedParts
 from ident.effects.state import State
 from robots.arrays import FloatArray
@@ -38,6 +38,8 @@ def _make(
     drive, row = place.joints[0], drive_row(robot, place)
 
     def law(state: State) -> FloatArray:
+        if state.asked is not None:
+            return along(row, of_what_is_asked(robot, drive, state, np.sign))
         asked = present.torque(state) if state.torque is None else state.torque
         direction = np.sign(drive_torque(robot, asked, drive))
         return as_positions_show(robot, state, along(row, direction))

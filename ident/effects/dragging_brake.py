@@ -19,13 +19,13 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     along,
-    as_positions_show,
     drive_row,
     each_drive,
     over_time,
     torque_unit,
 )
 from ident.effects.scales import dry_friction
+from ident.effects.shown import as_positions_show
 from ident.effects.simulated import FrictionTorque, SimulatedParts
 from ident.effects.state import State
 from ident.effects.usual import friction_sign

@@ -15,11 +15,11 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     angle_unit,
-    as_positions_show,
     drive_torque,
     each_drive,
     torque_unit,
 )
+from ident.effects.shown import as_positions_show
 from ident.effects.simulated import GearSpring, SimulatedParts
 from ident.effects.state import State
 from robots import rigid_body_model

@@ -17,10 +17,10 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     angle_unit,
-    as_filter_shows,
     drive_row,
     each_drive,
 )
+from ident.effects.shown import as_filter_shows
 from ident.effects.simulated import DriveChange, SimulatedParts, Table
 from ident.effects.state import State
 from ident.effects.torque_ripple import waves_per_period

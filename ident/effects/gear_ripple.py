@@ -18,11 +18,11 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     angle_unit,
-    as_filter_shows,
     drive_row,
     drive_torque,
     each_geared_drive,
 )
+from ident.effects.shown import as_filter_shows
 from ident.effects.simulated import GearError, GearSpring, SimulatedParts, Table
 from ident.effects.state import State
 from ident.effects.torque_ripple import motor_angle, ripple_shapes

@@ -12,10 +12,10 @@ from ident.effects.placed import (
     Parts,
     along,
     drive_row,
-    drive_torque,
     each_limited_drive,
     torque_unit,
 )
+from ident.effects.shown import of_what_is_asked
 from ident.effects.simulated import DriveChange, SimulatedParts
 from ident.effects.state import State
 from robots.arrays import FloatArray
@@ -40,8 +40,8 @@ def _make(
     def law(state: State) -> FloatArray:
         if state.torque is None:
             return np.zeros((*state.position.shape, 1))
-        asked = drive_torque(robot, state.torque, drive)
-        return along(row, asked - np.clip(asked, -limit, limit))
+        beyond = of_what_is_asked(robot, drive, state, lambda asked: asked - np.clip(asked, -limit, limit))
+        return along(row, beyond)
 
     def parts(values: FloatArray) -> SimulatedParts:
         signal = limit / abs(float(robot.gains[drive]))

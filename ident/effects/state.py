@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,6 +13,24 @@ from robots.carried import Load
 from robots.identity_cache import IdentityCache
 
 Made = TypeVar("Made")
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """The torque that drives are asked for, before any filter: what they make of it, they make of that.
+
+    Attributes:
+        torque: all samples of a recording × joints, N·m (or N).
+        seen: what is made of it, samples × k, as it is seen at the samples of a motion.
+    """
+
+    torque: FloatArray
+    seen: Callable[[FloatArray], FloatArray]
+
+    def then(self, further: Callable[[FloatArray], FloatArray]) -> Asked:
+        """Seen through one thing more."""
+        return Asked(self.torque, lambda made: further(self.seen(made)))
+
 
 _STILL = 0.01
 """Of a joint's largest speed: slower it stands."""
@@ -27,7 +45,7 @@ class State:
     ``torque`` is the measured joint torque, samples × joints, where there is one: a saturated drive shows
     only against it. ``load`` is a known body that the arm carries meanwhile: the gears feel it, too. A motion
     that repeats does so after ``period`` samples. Of a motion that was simulated ``measured`` is the one that
-    was recorded, at the same instants.
+    was recorded, at the same instants. ``asked`` is the torque before the filter that ``torque`` has passed.
     """
 
     position: FloatArray
@@ -38,6 +56,7 @@ class State:
     load: Load | None = None
     period: int | None = None
     measured: State | None = None
+    asked: Asked | None = None
     _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(4), compare=False)
 
     def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
@@ -53,7 +72,12 @@ class State:
         torque = None if self.torque is None else np.ascontiguousarray(self.torque[kept])
         period = None if self.period is None else self.period // (kept.step or 1)
         measured = None if self.measured is None else self.measured.part(kept)
-        return State(position, velocity, acceleration, time, torque, self.load, period, measured)
+        asked = None if self.asked is None else self.asked.then(lambda made: np.ascontiguousarray(made[kept]))
+        return State(position, velocity, acceleration, time, torque, self.load, period, measured, asked)
+
+    def with_torque(self, torque: FloatArray) -> State:
+        """The same motion with another torque."""
+        return replace(self, torque=torque, asked=None)
 
     def moved(self, position: FloatArray, velocity: FloatArray, acceleration: FloatArray) -> State:
         """Another motion at the same time, with the same load; what was measured is not of it."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from ident.effects.family import Place, PresentModel
 from ident.effects.hysteresis import deflection
-from ident.effects.placed import as_filter_shows
+from ident.effects.shown import as_filter_shows
 from ident.effects.state import State
 from ident.effects.torque_ripple import PERIODS, motor_angle
 from ident.effects.usual import friction_sign

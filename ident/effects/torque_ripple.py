@@ -12,7 +12,6 @@ from ident.effects.placed import (
     Parameters,
     Parts,
     along,
-    as_filter_shows,
     drive_row,
     drive_torque,
     each_geared_drive,
@@ -20,6 +19,7 @@ from ident.effects.placed import (
     torque_unit,
 )
 from ident.effects.scales import dry_friction
+from ident.effects.shown import as_filter_shows
 from ident.effects.simulated import DriveChange, PositionTorque, SimulatedParts, Table
 from ident.effects.state import State
 from robots.arrays import FloatArray

@@ -15,6 +15,7 @@ import numpy as np
 
 from ident.decimation import decimate
 from ident.effects import RigidBody, State
+from ident.effects.state import Asked
 from ident.even_spline import EvenSpline
 from ident.preparation.set_points import set_points
 from ident.recording import Recording
@@ -46,6 +47,17 @@ def observed_torque(
         if as_rows
         else observed.unfiltered_at(settings.control_signal_lag)
     )
+
+
+def asked_torque(robot: Robot, recording: Recording, settings: Identification) -> Asked:
+    """The same of all samples before the filter of the rows, with the torque of a body that is carried."""
+    everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
+    torque = observed_torque(robot, recording, everything) + load_torque(robot, recording, everything)
+
+    def seen(made: FloatArray) -> FloatArray:
+        return low_pass(made, settings.cutoff_hz, recording.sample_time, settings.filter_order)
+
+    return Asked(torque, seen if settings.torque_filter == "positions" else np.asarray)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from benchmarks.naming_parameters import compared
 from drivers.simulated import draw_truth
 from ident import RegressorModel
 from ident.effects import State
-from ident.effects.placed import as_filter_shows, as_positions_show
+from ident.effects.shown import as_filter_shows, as_positions_show
 from ident.effects.vocabulary import family_named
 from ident.parameters.present import Present
 from ident.signals import low_pass

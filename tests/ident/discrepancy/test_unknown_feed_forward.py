@@ -15,6 +15,7 @@ from drivers.simulated.offline import simulate_offline
 from ident import Recording, RegressorModel
 from ident.closed_loop import simulate
 from ident.discrepancy.unknown_feed_forward import with_feed_forward
+from robots import Robot
 from robots.arrays import FloatArray
 
 ROBOT = robots.load("emps")
@@ -31,9 +32,17 @@ def led() -> Recording:
     return Recording("led", run.time, run.reference, run.position, run.control_signal)
 
 
-def recorded(fed: FloatArray | None, heavier: float = 1.0, noise: float = 1e-3) -> Recording:
+def limited(integral: float) -> Robot:
+    """The arm with a drive that comes to its limit, 2.5 of 3.5 that it asks for, and an integral gain."""
+    changed = {"saturation": (2.5,), "integral_gain": (integral,)}
+    return ROBOT.model_copy(update={"controller": ROBOT.controller.model_copy(update=changed)})
+
+
+def recorded(
+    fed: FloatArray | None, heavier: float = 1.0, noise: float = 1e-3, robot: Robot = ROBOT
+) -> Recording:
     """What another arm does of the same motion, whose controller adds something that is not said."""
-    model = RegressorModel.of(ROBOT)
+    model = RegressorModel.of(robot)
     run = simulate(model, heavier * model.prior(), replace(led(), added=fed))
     noisy = run.control_signal + noise * np.random.default_rng(1).normal(size=run.control_signal.shape)
     return replace(led(), position=run.position, control_signal=noisy)
@@ -68,6 +77,24 @@ def test_the_simulated_bench_adds_nothing() -> None:
 def test_a_described_controller_adds_nothing_whatever_the_arm_is(heavier: float) -> None:
     recording = recorded(None, heavier)
     assert with_feed_forward(ROBOT, [recording]) == ((recording,), ())
+
+
+@pytest.mark.parametrize("integral", [0.0, 30.0])
+def test_a_drive_at_its_limit_adds_nothing(integral: float) -> None:
+    """Its signal there is the limit, and its integral did not go on, which the record does not say."""
+    robot = limited(integral)
+    recording = recorded(None, robot=robot)
+    assert np.mean(np.abs(recording.control_signal) > 2.49) > 0.01
+    assert with_feed_forward(robot, [recording]) == ((recording,), ())
+
+
+@pytest.mark.parametrize("integral", [0.0, 30.0])
+def test_it_is_measured_beside_a_limit(integral: float) -> None:
+    fed, robot = computed(0.1), limited(integral)
+    (found,), _ = with_feed_forward(robot, [recorded(fed, robot=robot)])
+    assert found.added is not None
+    left = (found.added - fed)[START:]
+    assert float((left - left.mean(axis=0)).std()) < 0.1 * float(fed[START:].std())
 
 
 def test_what_is_known_of_it_is_no_part_of_it() -> None:

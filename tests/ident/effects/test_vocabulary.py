@@ -18,6 +18,7 @@ from ident.effects.drifting_friction import DRIFTING_FRICTION
 from ident.effects.entry import EffectEntry
 from ident.effects.family import Place
 from ident.effects.placed import Family, Placed
+from ident.effects.state import Asked
 from ident.effects.temperature_viscous_friction import TEMPERATURE_VISCOUS_FRICTION
 from ident.effects.usual import friction_sign
 from ident.effects.vocabulary import VOCABULARY, effect_from, entry_of, family_named
@@ -348,6 +349,29 @@ def test_saturation_takes_what_is_asked_beyond_the_limit() -> None:
     expected = np.where(np.abs(asked) > 6.0, asked - 6.0 * np.sign(asked), 0.0)
     np.testing.assert_allclose(got, on_joints(np.eye(6)[0], expected)[:, :, 0], atol=1e-12)
     assert 0.1 < (expected != 0).mean() < 0.9
+
+
+@pytest.mark.parametrize(("name", "shape"), [("saturation", (6.0,)), ("command_dead_zone", ())])
+def test_what_a_drive_makes_of_its_signal_it_makes_before_any_filter(
+    name: str, shape: tuple[float, ...]
+) -> None:
+    """A corner of the signal is seen through the filter; a filtered signal has other corners."""
+    torque = MOTION.torque
+    assert torque is not None and MOTION.time is not None
+    rough = torque + 4.0 * np.sin(2 * np.pi * 60.0 * MOTION.time)[:, np.newaxis]
+
+    def seen(made: FloatArray) -> FloatArray:
+        return low_pass(made, 20.0, float(MOTION.time[1] - MOTION.time[0]), 4)
+
+    state = replace(MOTION, torque=seen(rough), asked=Asked(rough, seen))
+    got = placed(name, 0, *shape).columns(state)[:, 0, 0]
+    asked = rough[:, :1]
+    made = np.sign(asked) if name == "command_dead_zone" else asked - np.clip(asked, -6.0, 6.0)
+    np.testing.assert_allclose(got, seen(made)[:, 0], atol=1e-9)
+    some = state.part(slice(100, None, 2))
+    np.testing.assert_allclose(placed(name, 0, *shape).columns(some)[:, 0, 0], got[100::2], atol=1e-9)
+    none = state.with_torque(rough)
+    assert none.asked is None and none.torque is rough
 
 
 def test_a_dead_zone_takes_the_direction_in_which_the_drive_was_asked() -> None:

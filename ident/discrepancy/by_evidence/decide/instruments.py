@@ -143,8 +143,8 @@ def predicted(prepared: Prepared, present: Present) -> Prepared:
         replace(
             part,
             torque=present.torque(part.own),
-            own=replace(part.own, torque=present.torque(part.own)),
-            other=replace(part.other, torque=present.torque(part.other)),
+            own=part.own.with_torque(present.torque(part.own)),
+            other=part.other.with_torque(present.torque(part.other)),
         )
         for part in prepared.parts
     )

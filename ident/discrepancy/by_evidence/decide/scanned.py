@@ -29,7 +29,8 @@ from ident.discrepancy.by_evidence.evidence.residual import white_residual
 from ident.discrepancy.by_evidence.evidence.rows import Rows, effect_rows
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
 from ident.effects.family import PresentModel
-from ident.effects.placed import as_filter_shows, drive_row
+from ident.effects.placed import drive_row
+from ident.effects.shown import as_filter_shows
 from ident.effects.torque_ripple import waves_per_period
 from robots.arrays import BoolArray, FloatArray
 

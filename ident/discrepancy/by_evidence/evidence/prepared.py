@@ -16,11 +16,11 @@ from scipy.ndimage import binary_dilation
 from ident.discrepancy.by_evidence.evidence.expected_motion import expected_motion
 from ident.discrepancy.by_evidence.evidence.repeated_motion import is_timeless, lengthened, shorter
 from ident.discrepancy.by_evidence.evidence.slow import without_slow
-from ident.discrepancy.repeats import not_repeating, others_mean, repeat_length
+from ident.discrepancy.repeats import motion_of_others, not_repeating, repeat_length
 from ident.effects import State
 from ident.effects.family import PlacedEffect
 from ident.errors import IdentificationError
-from ident.preparation.observed_torque import load_torque, observed_torque
+from ident.preparation.observed_torque import asked_torque, load_torque, observed_torque
 from ident.recording import Recording
 from ident.signals import low_pass, motion, own_samples
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -207,18 +207,21 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
     keep = _kept(recording, settings, stride)
     carried = torque + load_torque(robot, recording, everything)
     measured = whole.position, whole.velocity, whole.acceleration
-    state = State(*measured, time, carried, recording.load, period)
+    asked = asked_torque(robot, recording, everything)
+    state = State(*measured, time, carried, recording.load, period, asked=asked)
     own = state.part(keep)
     finer = _FINER if stride % _FINER == 0 else 1
     used = _away_from_standstill(robot, own, step, settings)
-    other = _of_other_periods(own, period)
+    other = own
     if period is not None:
+        # Of the samples that are kept: ends that the filter has spoiled would spoil all other periods' phase.
+        other = motion_of_others(own, period)
         other = expected_motion(own, other, used, settings.cutoff_hz, step, period)
     positions = simulated(recording) if simulated is not None and period is None else None
     if positions is not None:
         found = motion(recording.time, positions, untrimmed)
         motion_of = found.position, found.velocity, found.acceleration
-        other = State(*motion_of, time, carried, recording.load, measured=state).part(keep)
+        other = State(*motion_of, time, carried, recording.load, measured=state, asked=asked).part(keep)
     return Part(
         own=own.part(slice(None, None, stride)),
         other=other.part(slice(None, None, stride // finer)),
@@ -229,20 +232,6 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
         sample_time=step,
         simulated=positions is not None,
     )
-
-
-def _of_other_periods(own: State, period: int | None) -> State:
-    """The same motion without a sample's own noise, where it repeats.
-
-    Samples at the ends of the record, which the filter has spoiled, are not in it: they would spoil the same
-    phase of all other periods.
-    """
-    if period is None:
-        return own
-    assert own.torque is not None
-    channels = (own.position, own.velocity, own.acceleration, own.torque)
-    position, velocity, acceleration, asked = (others_mean(one, period) for one in channels)
-    return State(position, velocity, acceleration, own.time, asked, own.load, period)
 
 
 def _stride(recording: Recording, most: int) -> int:

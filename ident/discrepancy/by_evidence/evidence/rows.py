@@ -231,13 +231,13 @@ class Rows:
         return WhiteEffects(scale.size, joints, np.array(placed.centre) / scale, bounds, scale, unsaid)
 
     def _unsaid(self, thin: FloatArray) -> float:
-        """Nats of rows whose torque the effect leaves open: anything up to the largest, not noise alone.
+        """Nats of rows whose torque the effect leaves open, by more than noise: anything up to the largest.
 
         Without them an effect that takes the measured torque for its column explains all by itself.
         """
         total = 0.0
         for j, noise in enumerate(self.noise):
-            acts = thin[:, j].any(axis=1) & self.prepared.used[:, j]
+            acts = (np.abs(thin[:, j]).max(axis=1) > noise.deviation) & self.prepared.used[:, j]
             if acts.any():
                 open_to = float(np.abs(self.prepared.torque[acts, j]).max())
                 total += int(acts.sum()) * max(float(np.log(open_to / noise.deviation)), 0.0)
