@@ -738,6 +738,13 @@ RULES = (
         ("tests/ident/discrepancy/by_evidence/test_asked_torque.py",),
     ),
     Broken(
+        "what is one of a few is tried with the shapes that fit",
+        f"{_BY}decide/shapes.py",
+        "        while self._another_of_few():\n            self._simplex(limits)\n",
+        "",
+        ("tests/ident/discrepancy/by_evidence/test_sets.py",),
+    ),
+    Broken(
         "each axis of a foot feels how it turns about the other",
         "ident/effects/base_compliance.py",
         "for other in set(axes) - {axis}:",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 from scipy.optimize import minimize
@@ -35,6 +36,9 @@ def refined(
 ) -> Member:
     """A member of a set with the shapes of the largest evidence; κ as the set has it.
 
+    What is one of a few is tried beside the best of all others: which axes of a foot give way is little of
+    what a grid shows, on which no resonance is that of the arm.
+
     Args:
         problem: the data.
         members: the set.
@@ -63,6 +67,7 @@ class _Search:
         self.member = members[number]
         self.candidate: Candidate = self.member.candidate
         self.free = [k for k, shape in enumerate(self.candidate.shapes) if not shape.fixed]
+        self.around = self.member.entry.placed.shape
         self.best_entry = self.member.entry
         self.best_value = -np.inf
         self.known: dict[tuple[float, ...], float] = {}
@@ -86,13 +91,20 @@ class _Search:
         return value
 
     def best(self) -> Member:
-        start = np.array([inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
-        value = self.value_at(start)
+        value = self.value_at(self._point())
         if not self.free:
             return Member(self.best_entry, self.member.volume)
         limits = [(inner(s, s.lower), inner(s, s.upper)) for s in self._shapes()]
+        self._simplex(limits)
+        while self._another_of_few():
+            self._simplex(limits)
+        assert self.best_value >= value
+        return Member(self.best_entry, self._volume(limits))
+
+    def _simplex(self, limits: Sequence[tuple[float, float]]) -> None:
+        """From the shapes that are known as the best on."""
+        start = self._point()
         steps = np.array([grid_step(s) for s in self._shapes()])
-        simplex = np.vstack([start, *(self._within(start + np.diag(0.4 * steps), limits))])
         minimize(
             lambda point: -self.value_at(point),
             start,
@@ -100,17 +112,29 @@ class _Search:
             bounds=limits,
             options={
                 "maxfev": _EVALUATIONS * len(self.free),
-                "initial_simplex": simplex,
+                "initial_simplex": np.vstack([start, *_within(start, np.diag(0.4 * steps), limits)]),
                 "xatol": 1e-3,
                 "fatol": 0.02,
             },
         )
-        assert self.best_value >= value
-        return Member(self.best_entry, self._volume(limits))
+        self.around = self.best_entry.placed.shape
+
+    def _another_of_few(self) -> bool:
+        """Whether other values of fixed shapes are likelier; of scanned ones the data have said which."""
+        grids = [
+            one.grid if one.fixed and not one.scanned else (value,)
+            for one, value in zip(self.candidate.shapes, self.around, strict=True)
+        ]
+        before = self.best_value
+        for shape in product(*grids):
+            self.around = shape
+            self.value_at(self._point())
+        self.around = self.best_entry.placed.shape
+        return self.best_value > before
 
     def _shape_at(self, point: FloatArray) -> tuple[float, ...]:
         """All shapes, the free ones at inner values."""
-        shape = list(self.member.entry.placed.shape)
+        shape = list(self.around)
         for k, value in zip(self.free, point, strict=True):
             one = self.candidate.shapes[k]
             if inner(one, shape[k]) != float(value):  # there and back is not the very same
@@ -124,15 +148,9 @@ class _Search:
     def _shapes(self) -> list[Shape]:
         return [self.candidate.shapes[k] for k in self.free]
 
-    def _values(self) -> list[float]:
-        return [self.member.entry.placed.shape[k] for k in self.free]
-
-    def _within(self, points: FloatArray, limits: Sequence[tuple[float, float]]) -> FloatArray:
-        """Points that left the bounds go to the other side."""
-        start = np.array([inner(s, v) for s, v in zip(self._shapes(), self._values(), strict=True)])
-        low, high = np.array(limits).T
-        outside = (points < low) | (points > high)
-        return np.clip(np.where(outside, 2.0 * start - points, points), low, high)
+    def _point(self) -> FloatArray:
+        """Inner values of the free shapes as they are."""
+        return np.array([inner(self.candidate.shapes[k], self.around[k]) for k in self.free])
 
     def _volume(self, limits: Sequence[tuple[float, float]]) -> float:
         """Log of the posterior's width over that of the prior, shape by shape; fixed ones by their number.
@@ -140,10 +158,8 @@ class _Search:
         About a largest value within its limits that is a normal density's; at a limit, where the next shapes
         beyond it would be likelier, an exponential's on the one side that there is.
         """
-        entry, value = self.best_entry, self.best_value
-        point = np.array(
-            [inner(s, entry.placed.shape[k]) for k, s in zip(self.free, self._shapes(), strict=True)]
-        )
+        self.around = self.best_entry.placed.shape
+        value, point = self.best_value, self._point()
         volume = 0.0
         for index, ((low, high), shape) in enumerate(zip(limits, self._shapes(), strict=True)):
             step = _STEP * reach(shape)
@@ -158,6 +174,13 @@ class _Search:
             volume += float(np.log(min(1.0, width / (high - low))))
         fixed = [len(s.grid) for s in self.candidate.shapes if s.fixed]
         return volume - float(np.log(fixed).sum()) if fixed else volume
+
+
+def _within(start: FloatArray, steps: FloatArray, limits: Sequence[tuple[float, float]]) -> FloatArray:
+    """Points some steps from the start; those that leave the bounds go to the other side."""
+    low, high = np.array(limits).T
+    outside = (start + steps < low) | (start + steps > high)
+    return np.clip(np.where(outside, start - steps, start + steps), low, high)
 
 
 def _outer(shape: Shape, value: float) -> float:

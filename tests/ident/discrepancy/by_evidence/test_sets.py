@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -41,6 +42,23 @@ def test_two_effects_that_hide_behind_each_other_are_found_together() -> None:
     hidden = [waves("both", w9=200.0, w11=1.0), waves("one", w9=200.0)]
     found = searching(problem_of(lambda q: torque(q, w11=1.0)), hidden).run()
     assert names_of(found) == ["both", "one"]
+
+
+def test_what_is_one_of_a_few_is_tried_with_the_shapes_that_fit() -> None:
+    """On the grid, whose number is not the right one, the other kind comes nearer."""
+
+    def course(position: FloatArray, shape: Sequence[float]) -> FloatArray:
+        number, kind = shape
+        return wave(number, position) + kind * torque(position, w9=0.5, w20=0.5)
+
+    shapes = (Shape("number", "1", (8.2,), 7.0, 11.0), Shape("kind", "1", (0.0, 1.0), 0.0, 1.0, fixed=True))
+    search = searching(problem_of(lambda q: torque(q, w9=1.0)), [family("either", course, shapes)])
+    empty = without_effects(search.problem)
+    entries = library(search.problem.rows, search.wanted, present_with(search.problem, empty))
+    (screened,) = screen(search.problem, empty, entries)
+    assert screened.best.entry.placed.shape == (8.2, 1.0)
+    (member,) = search.run().found.members
+    assert member.entry.placed.shape == (pytest.approx(9.0, abs=0.02), 0.0)
 
 
 @pytest.mark.parametrize(("leaders", "paired"), [(2, 6), (10, 2)])
