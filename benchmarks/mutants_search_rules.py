@@ -209,8 +209,8 @@ RULES = (
     Broken(
         "in a dead zone's direction the drive was asked, not the model",
         "ident/effects/command_dead_zone.py",
-        "present.torque(state) if state.torque is None else state.torque",
-        "present.torque(state)",
+        "if state.torque is None:",
+        "if True:",
         ("tests/ident/effects/test_vocabulary.py",),
     ),
     Broken(
@@ -343,8 +343,8 @@ RULES = (
     Broken(
         "torque passes the filter of the motion",
         f"{_BY}evidence/prepared.py",
-        "everything, as_rows=True)",
-        "everything)",
+        "carried = asked.seen(asked.torque)",
+        "carried = asked.torque",
     ),
     Broken(
         "effects are made of the motion of the other periods",
@@ -712,8 +712,8 @@ RULES = (
     Broken(
         "rows know what was asked of drives before their filter",
         f"{_BY}evidence/prepared.py",
-        "asked = asked_torque(robot, recording, everything)",
-        "asked = None",
+        "recording.load, period, asked=asked)",
+        "recording.load, period)",
         ("tests/ident/discrepancy/by_evidence/test_asked_torque.py",),
     ),
     Broken(

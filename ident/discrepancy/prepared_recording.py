@@ -15,7 +15,7 @@ from ident.discrepancy.repeats import motion_of_others, not_repeating, repeat_le
 from ident.effects import Effect, State
 from ident.effects.family import PlacedEffect
 from ident.parameters.base import BaseParameters
-from ident.preparation.observed_torque import asked_torque, load_torque, observed_torque
+from ident.preparation.observed_torque import asked_torque, load_torque
 from ident.recording import Recording
 from ident.signals import kept_samples, motion, own_samples
 from robots.arrays import BoolArray, FloatArray
@@ -149,10 +149,10 @@ def prepared_recording(
         # Where nothing repeats noise is told by how little it goes on from row to row, so it stays as it is.
         smooth = "positions" if period is not None else "none"
         everything = everything.model_copy(update={"torque_filter": smooth})
-    torque = observed_torque(robot, recording, everything, as_rows=True)
-    carried = torque + load_torque(robot, recording, everything)
-    motion_of = whole.position, whole.velocity, whole.acceleration
     asked = asked_torque(robot, recording, everything)
+    carried = asked.seen(asked.torque)
+    torque = carried - load_torque(robot, recording, everything)
+    motion_of = whole.position, whole.velocity, whole.acceleration
     state = State(*motion_of, time, carried, recording.load, period, asked=asked)
     measured = state.part(keep)
     kept_time = time[keep]

@@ -60,15 +60,13 @@ def _make(
     inertia = inertia_on_foot(robot)
     axes = _ABOUT[int(about)]
     damping = 2.0 * ratio * np.sqrt((inertia + own) / compliance)
-
-    gear = Gear(1.0 / compliance, float(damping[0])), Gear(1.0 / compliance, float(damping[1]))
+    gears = [Gear(1.0 / compliance, float(one)) for one in damping]
 
     def law(state: State) -> FloatArray:
         samples, n = state.position.shape
         if state.time is None or samples < 2:
             return np.zeros((samples, n, 1))
-        slopes = state.once(present, "rocking", lambda: _slopes(present, state))
-        courses = state.once(present, "foot", lambda: _courses(present, state, slopes, inertia))
+        slopes, courses = state.once(present, "foot", lambda: _on_firm_ground(present, state, inertia))
         step = float(state.time[1] - state.time[0])
         rocking = np.zeros((AXES, 3, samples))
         for _ in range(_ROUNDS if len(axes) > 1 else 1):
@@ -77,7 +75,7 @@ def _make(
                 felt[0] += own
                 for other in set(axes) - {axis}:
                     felt[1] -= between(slopes[other].torque(rocking[other])[:, axis : axis + 1], state)[0][0]
-                rocking[axis] = gear[axis].lag(courses[axis]._replace(felt=felt), step)
+                rocking[axis] = gears[axis].lag(courses[axis]._replace(felt=felt), step)
         torque = sum(slopes[axis].torque(rocking[axis]) for axis in axes)
         return np.asarray(torque)[:, AXES:, np.newaxis]
 
@@ -89,28 +87,30 @@ def _make(
     return Parameters(("rocking",), ("1",), ((0.0, 3.0),), (0.1,), (1.0,)), law, parts
 
 
-def _slopes(present: PresentModel, state: State) -> tuple[Slopes, ...]:
-    """Of the torque on foot and joints along a turn of the foot about each of its axes."""
+def _on_firm_ground(
+    present: PresentModel, state: State, described: FloatArray
+) -> tuple[list[Slopes], list[Course]]:
+    """Of each axis of a foot that stands still: how torques change as it turns, and what it feels itself.
+
+    The torques are those on foot and joints. It leans the way it is pushed.
+    """
+    samples = state.position.shape[0]
 
     def felt(axis: int, *turn: float) -> FloatArray:
-        rocking = np.zeros((state.position.shape[0], 3, AXES))
+        rocking = np.zeros((samples, 3, AXES))
         rocking[:, :, axis] = turn
         return present.foot_torque(state, rocking)
 
-    return tuple(Slopes.of(partial(felt, axis)) for axis in range(AXES))
-
-
-def _courses(
-    present: PresentModel, state: State, slopes: tuple[Slopes, ...], described: FloatArray
-) -> tuple[Course, ...]:
-    """What the foot feels about each of its axes of an arm on firm ground: it leans the way it is pushed."""
-    courses = []
-    for axis, (one, least) in enumerate(zip(slopes, _LEAST * described, strict=True)):
-        way, rate, push = one.each[axis]
-        still = present.foot_torque(state, np.zeros((push.size, 3, AXES)))[:, axis]
-        loads = np.stack([-still, *np.where(push > least, (way, rate), 0.0)], axis=1)  # less is no body's
+    still = felt(0, 0.0, 0.0, 0.0)
+    slopes, courses = [], []
+    for axis, least in enumerate(_LEAST * described):
+        slopes.append(Slopes.of(still, partial(felt, axis)))
+        way, rate, push = slopes[axis].each[axis]
+        loads = np.stack(
+            [-still[:, axis], *np.where(push > least, (way, rate), 0.0)], axis=1
+        )  # else no body's
         courses.append(finer(np.maximum(push, least), loads, state))
-    return tuple(courses)
+    return slopes, courses
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

@@ -17,7 +17,6 @@ from ident.effects.placed import (
     Parts,
     along,
     drive_row,
-    drive_torque,
     each_drive,
     torque_unit,
 )
@@ -38,11 +37,10 @@ def _make(
     drive, row = place.joints[0], drive_row(robot, place)
 
     def law(state: State) -> FloatArray:
-        if state.asked is not None:
-            return along(row, of_what_is_asked(robot, drive, state, np.sign))
-        asked = present.torque(state) if state.torque is None else state.torque
-        direction = np.sign(drive_torque(robot, asked, drive))
-        return as_positions_show(robot, state, along(row, direction))
+        if state.torque is None:
+            state = state.with_torque(present.torque(state))
+        direction = along(row, of_what_is_asked(robot, drive, state, np.sign))
+        return as_positions_show(robot, state, direction) if state.asked is None else direction
 
     def parts(values: FloatArray) -> SimulatedParts:
         width = float(values[0]) / abs(float(robot.gains[drive]))

@@ -56,13 +56,6 @@ class Course(NamedTuple):
     before: int
     repeats: bool
 
-    @classmethod
-    def of(cls, inertia: FloatArray, loads: FloatArray, before: int, state: State | None) -> Course:
-        """Of points of an inertia (finer samples,) and of loads (1 or 3 × finer samples): τ, and k and c."""
-        felt = np.zeros((4, inertia.size))
-        felt[0], felt[1 : 1 + loads.shape[0]] = inertia, loads
-        return cls(felt, before, state is not None and state.repeats)
-
 
 def finer(inertia: FloatArray, loads: FloatArray, state: State | None = None) -> Course:
     """Inertia and loads with points between the samples.
@@ -73,15 +66,11 @@ def finer(inertia: FloatArray, loads: FloatArray, state: State | None = None) ->
         state: the motion, which goes on before its first sample; None where it begins at rest.
     """
     points, before = between(loads, state)
-    return Course.of(inertias(inertia[:, np.newaxis], state)[0], points, before, state)
-
-
-def inertias(turned: FloatArray, state: State | None) -> FloatArray:
-    """Inertias (samples, k) of a motion with points between, k × finer samples, each within its samples.
-
-    Where one jumps a spline would go below nothing.
-    """
-    return np.clip(between(turned, state)[0].T, turned.min(axis=0), turned.max(axis=0)).T
+    felt = np.zeros((4, points.shape[1]))
+    # Where an inertia jumps a spline would go below nothing.
+    felt[0] = np.clip(between(inertia[:, np.newaxis], state)[0][0], inertia.min(), inertia.max())
+    felt[1 : 1 + points.shape[0]] = points
+    return Course(felt, before, state is not None and state.repeats)
 
 
 def between(series: FloatArray, state: State | None) -> tuple[FloatArray, int]:

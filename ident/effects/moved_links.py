@@ -30,11 +30,11 @@ class Slopes:
     each: FloatArray
 
     @classmethod
-    def of(cls, felt: Callable[[float, float, float], FloatArray]) -> Slopes:
-        """Of torques, samples × k, that are felt where x, ẋ and ẍ are so large in all samples."""
+    def of(cls, still: FloatArray, felt: Callable[[float, float, float], FloatArray]) -> Slopes:
+        """Of torques, samples × k, without that motion, and where x, ẋ and ẍ are so large in all samples."""
         by_way = (felt(_WAY, 0.0, 0.0) - felt(-_WAY, 0.0, 0.0)) / (2.0 * _WAY)
         by_rate = 0.5 * (felt(0.0, 1.0, 0.0) - felt(0.0, -1.0, 0.0))
-        by_push = felt(0.0, 0.0, 1.0) - felt(0.0, 0.0, 0.0)
+        by_push = felt(0.0, 0.0, 1.0) - still
         return cls(np.ascontiguousarray(np.stack([by_way, by_rate, by_push]).T.swapaxes(1, 2)))
 
     def torque(self, motion: FloatArray) -> FloatArray:
@@ -55,4 +55,4 @@ def slopes_of_links(present: PresentModel, state: State, drive: int, back: Float
         )
         return present.link_torque(moved)
 
-    return state.once(present, ("slopes", drive), lambda: Slopes.of(felt))
+    return state.once(present, ("slopes", drive), lambda: Slopes.of(present.link_torque(state), felt))

@@ -50,14 +50,19 @@ def observed_torque(
 
 
 def asked_torque(robot: Robot, recording: Recording, settings: Identification) -> Asked:
-    """The same of all samples before the filter of the rows, with the torque of a body that is carried."""
-    everything = settings.model_copy(update={"decimation": 1, "trim_samples": (0, 0)})
-    torque = observed_torque(robot, recording, everything) + load_torque(robot, recording, everything)
+    """That of all samples before the filter of the rows, with the torque of a body that is carried.
+
+    Args:
+        robot, recording: as above.
+        settings: that keep all samples.
+    """
+    observed = ObservedTorque.of(robot, recording, settings)
 
     def seen(made: FloatArray) -> FloatArray:
         return low_pass(made, settings.cutoff_hz, recording.sample_time, settings.filter_order)
 
-    return Asked(torque, seen if settings.torque_filter == "positions" else np.asarray)
+    whole = observed.asked_at(settings.control_signal_lag)
+    return Asked(whole, seen if settings.torque_filter == "positions" else np.asarray)
 
 
 @dataclass(frozen=True)
@@ -93,6 +98,10 @@ class ObservedTorque:
     def unfiltered_at(self, lag: float) -> FloatArray:
         """The same without the low-pass of the positions."""
         return self._rows(self._with_outside(self._of_drives(lag)) - self.carried)
+
+    def asked_at(self, lag: float) -> FloatArray:
+        """Of the drives and from outside, without that low-pass, and with what is carried."""
+        return self._rows(self._with_outside(self._of_drives(lag)))
 
     def _through_filter(self, drives: FloatArray) -> FloatArray:
         torque = self._with_outside(drives)

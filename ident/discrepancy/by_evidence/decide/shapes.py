@@ -158,7 +158,6 @@ class _Search:
         About a largest value within its limits that is a normal density's; at a limit, where the next shapes
         beyond it would be likelier, an exponential's on the one side that there is.
         """
-        self.around = self.best_entry.placed.shape
         value, point = self.best_value, self._point()
         volume = 0.0
         for index, ((low, high), shape) in enumerate(zip(limits, self._shapes(), strict=True)):

@@ -20,7 +20,7 @@ from ident.discrepancy.repeats import motion_of_others, not_repeating, repeat_le
 from ident.effects import State
 from ident.effects.family import PlacedEffect
 from ident.errors import IdentificationError
-from ident.preparation.observed_torque import asked_torque, load_torque, observed_torque
+from ident.preparation.observed_torque import asked_torque, load_torque
 from ident.recording import Recording
 from ident.signals import low_pass, motion, own_samples
 from robots.arrays import BoolArray, FloatArray, IntArray
@@ -199,15 +199,15 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
     everything = settings.model_copy(
         update={"decimation": 1, "trim_samples": (0, 0), "torque_filter": "positions"}
     )
-    torque = observed_torque(robot, recording, everything, as_rows=True)
     period = repeat_length(recording.reference, step)
     if period is not None and period % stride:
         period = None
     time = recording.time - recording.time[0] + started
     keep = _kept(recording, settings, stride)
-    carried = torque + load_torque(robot, recording, everything)
-    measured = whole.position, whole.velocity, whole.acceleration
     asked = asked_torque(robot, recording, everything)
+    carried = asked.seen(asked.torque)
+    torque = carried - load_torque(robot, recording, everything)
+    measured = whole.position, whole.velocity, whole.acceleration
     state = State(*measured, time, carried, recording.load, period, asked=asked)
     own = state.part(keep)
     finer = _FINER if stride % _FINER == 0 else 1

@@ -75,7 +75,7 @@ class Entry:
 
     @cached_property
     def is_friction(self) -> bool:
-        """As :func:`is_friction`; kept, since a simulation's tables are dear."""
+        """As :func:`is_friction`; kept, since each round asks it of each entry."""
         return is_friction(self.placed)
 
     @cached_property
