@@ -47,7 +47,7 @@ def values_of(components: Sequence[Component]) -> list[float]:
 
 def at_point(components: Sequence[Component], shapes: Sequence[Shape], point: FloatArray) -> list[Component]:
     """The components with shapes from a point of the search space."""
-    values = [float(np.exp(x) if shape.logarithmic else x) for shape, x in zip(shapes, point, strict=True)]
+    values = [outer(shape, x) for shape, x in zip(shapes, point, strict=True)]
     moved, start = [], 0
     for component in components:
         end = start + len(component.shape)
@@ -59,6 +59,11 @@ def at_point(components: Sequence[Component], shapes: Sequence[Shape], point: Fl
 def inner(shape: Shape, value: float) -> float:
     """A shape's value in the space that is searched."""
     return float(np.log(value)) if shape.logarithmic else float(value)
+
+
+def outer(shape: Shape, value: float) -> float:
+    """The shape's value there."""
+    return float(np.exp(value)) if shape.logarithmic else float(value)
 
 
 def reach(shape: Shape) -> float:

@@ -93,8 +93,13 @@ def with_effects(
         values: of each effect, its parameters.
     """
     model = examination.base.model
-    beside = [component.effect(examination, alone) for component in components]
-    whole = RegressorModel(model.robot, (*model.effects, *beside))
+    effects = [component.effect(examination, alone) for component in components]
+    giving = [pair for pair in zip(effects, values, strict=True) if pair[0].gives_way]
+    if giving:  # all at once, and beside them what follows the torque through a gear
+        with_them = RegressorModel(model.robot, (*alone.model.effects, *(effect for effect, _ in giving)))
+        present = Present(with_them, np.concatenate([alone.standard, *(size for _, size in giving)]))
+        effects = [component.effect(examination, present) for component in components]
+    whole = RegressorModel(model.robot, (*model.effects, *effects))
     return Present(whole, np.concatenate([standard, *values]))
 
 

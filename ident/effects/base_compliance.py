@@ -14,15 +14,13 @@ an elastic gear of a joint that is upright on it.
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
 from ident.effects.chain import chain_frames
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.foot import AXES, FootSpring, inertia_on_foot
-from ident.effects.gear_state import Course, Gear, between, finer
-from ident.effects.moved_links import Slopes
+from ident.effects.gear_state import Gear
+from ident.effects.giving_way import Pliant, torque_of_giving_way
 from ident.effects.placed import Family, Law, Parameters, Parts
 from ident.effects.simulated import SimulatedParts
 from ident.effects.state import State
@@ -39,12 +37,8 @@ _OWN, _MOST = 0.5, 4.0
 """Inertia of the foot itself over that of the described arm on it, where it is searched from, and at most."""
 _ABOUT = ((0,), (1,), (0, 1))
 """Axes of the foot that give way, by the number that says so."""
-_ROUNDS = 3
-"""In which each of two axes feels how the foot turns about the other one."""
 _FEWEST_TURNING = 2
 """Joints that turn: of a single axis the moment on its foot is not known."""
-_LEAST = 0.01
-"""Of the described inertia at home: parameters that were fitted need be no body's."""
 
 
 def _places(robot: Robot) -> tuple[Place, ...]:
@@ -60,57 +54,24 @@ def _make(
     inertia = inertia_on_foot(robot)
     axes = _ABOUT[int(about)]
     damping = 2.0 * ratio * np.sqrt((inertia + own) / compliance)
-    gears = [Gear(1.0 / compliance, float(one)) for one in damping]
+    directions = np.eye(AXES + robot.n)
+    giving_way = tuple(
+        Pliant(directions[axis], Gear(1.0 / compliance, float(damping[axis])), float(inertia[axis]), own)
+        for axis in axes
+    )
 
     def law(state: State) -> FloatArray:
-        samples, n = state.position.shape
-        if state.time is None or samples < 2:
-            return np.zeros((samples, n, 1))
-        slopes, courses = state.once(present, "foot", lambda: _on_firm_ground(present, state, inertia))
-        step = float(state.time[1] - state.time[0])
-        rocking = np.zeros((AXES, 3, samples))
-        for _ in range(_ROUNDS if len(axes) > 1 else 1):
-            for axis in axes:
-                felt = courses[axis].felt.copy()
-                felt[0] += own
-                for other in set(axes) - {axis}:
-                    felt[1] -= between(slopes[other].torque(rocking[other])[:, axis : axis + 1], state)[0][0]
-                rocking[axis] = gears[axis].lag(courses[axis]._replace(felt=felt), step)
-        torque = sum(slopes[axis].torque(rocking[axis]) for axis in axes)
-        return np.asarray(torque)[:, AXES:, np.newaxis]
+        if state.time is None or state.time.shape[0] < 2:
+            return np.zeros((*state.position.shape, 1))
+        return torque_of_giving_way(giving_way, present, state)[:, :, np.newaxis]
 
     def parts(values: FloatArray) -> SimulatedParts:
         softer = max(float(values[0]), 0.0) * compliance
         x, y = (softer * (axis in axes) for axis in range(AXES))
         return SimulatedParts(feet=(FootSpring((x, y), (float(damping[0]), float(damping[1])), own),))
 
-    return Parameters(("rocking",), ("1",), ((0.0, 3.0),), (0.1,), (1.0,)), law, parts
-
-
-def _on_firm_ground(
-    present: PresentModel, state: State, described: FloatArray
-) -> tuple[list[Slopes], list[Course]]:
-    """Of each axis of a foot that stands still: how torques change as it turns, and what it feels itself.
-
-    The torques are those on foot and joints. It leans the way it is pushed.
-    """
-    samples = state.position.shape[0]
-
-    def felt(axis: int, *turn: float) -> FloatArray:
-        rocking = np.zeros((samples, 3, AXES))
-        rocking[:, :, axis] = turn
-        return present.foot_torque(state, rocking)
-
-    still = felt(0, 0.0, 0.0, 0.0)
-    slopes, courses = [], []
-    for axis, least in enumerate(_LEAST * described):
-        slopes.append(Slopes.of(still, partial(felt, axis)))
-        way, rate, push = slopes[axis].each[axis]
-        loads = np.stack(
-            [-still[:, axis], *np.where(push > least, (way, rate), 0.0)], axis=1
-        )  # else no body's
-        courses.append(finer(np.maximum(push, least), loads, state))
-    return slopes, courses
+    size = (("rocking",), ("1",), ((0.0, 3.0),), (0.1,), (1.0,))
+    return Parameters(*size, gives_way=giving_way), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

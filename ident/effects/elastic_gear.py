@@ -6,7 +6,9 @@ import numpy as np
 import pinocchio
 
 from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.foot import AXES
 from ident.effects.gear_state import FORGOTTEN, Course, Gear, finer
+from ident.effects.giving_way import Pliant, torque_of_giving_way
 from ident.effects.moved_links import slopes_of_links
 from ident.effects.placed import (
     OFFSET_AT_LINK,
@@ -74,13 +76,17 @@ def _link_inertias(robot: Robot) -> FloatArray:
     return np.asarray(np.maximum(np.einsum("id,ij,jd->d", back, whole, back), 1e-6))
 
 
-def gear_columns(
-    robot: Robot, drive: int, present: PresentModel, gear: Gear, offset_at_link: float = 1.0
-) -> Law:
-    """Torque of links that follow through the gear less that of links that follow rigidly."""
-    back: FloatArray = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drive])
+def behind_gear(robot: Robot, drive: int, gear: Gear, offset_at_link: float = 1.0) -> Pliant:
+    """Where links give way behind a drive's gear: they lag behind a drive that pushes them."""
+    back = np.linalg.inv(robot.transmission_matrix)[:, drive]
+    along = np.concatenate([np.zeros(AXES), -back])
+    return Pliant(along, gear, link_inertia(robot, drive), offset=offset_at_link)
 
-    described = link_inertia(robot, drive)
+
+def gear_columns(robot: Robot, drive: int, present: PresentModel, place: Pliant) -> Law:
+    """Torque of links that follow through the gear less that of links that follow rigidly."""
+    back, gear, offset_at_link = -place.along[AXES:], place.gear, place.offset
+    described = place.described
     rings = gear.is_linear and gear.rings_for(described) > FORGOTTEN
 
     def law(state: State) -> FloatArray:
@@ -89,6 +95,9 @@ def gear_columns(
             state = state.measured
         if state.time is None or state.time.shape[0] < 2:
             return np.zeros((*state.position.shape, 1))
+        if present.ways(state):
+            together = torque_of_giving_way((place,), present, state)[:, :, np.newaxis]
+            return as_positions_show(robot, state, together) if gear.gap > 0.0 else together
         slopes = slopes_of_links(present, state, drive, back)
 
         def course() -> Course:
@@ -102,8 +111,7 @@ def gear_columns(
 
         def carried() -> FloatArray:
             """(samples,) through the gear: what was measured, less what the drive takes for itself."""
-            own = present.torque(state) - present.link_torque(state)
-            return drive_torque(robot, np.asarray(state.torque) - own, drive)
+            return drive_torque(robot, np.asarray(state.torque) - present.own_torque(state), drive)
 
         fine = state.once(present, (drive, offset_at_link), course)
         step = float(state.time[1] - state.time[0])
@@ -121,12 +129,13 @@ def _elasticity(
 ) -> tuple[Parameters, Law, Parts]:
     drive, (compliance, damping_ratio) = place.joints[0], shape
     damping = 2 * damping_ratio * float(np.sqrt(link_inertia(robot, drive) / compliance))
-    law = gear_columns(robot, drive, present, Gear(1.0 / compliance, damping))
+    behind = behind_gear(robot, drive, Gear(1.0 / compliance, damping))
+    law = gear_columns(robot, drive, present, behind)
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(springs=(GearSpring(drive, compliance * float(values[0]), damping),))
 
-    return Parameters(("elasticity",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
+    return Parameters(("elasticity",), ("1",), _ONE, _ABOUT_ONE, (1.0,), gives_way=(behind,)), law, parts
 
 
 def _elastic_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
@@ -144,13 +153,14 @@ def _backlash(
 ) -> tuple[Parameters, Law, Parts]:
     drive, (gap, offset_at_link, stiffness, ratio) = place.joints[0], shape
     damping = 2 * ratio * float(np.sqrt(link_inertia(robot, drive) * stiffness))
-    law = gear_columns(robot, drive, present, Gear(stiffness, damping, gap), offset_at_link)
+    behind = behind_gear(robot, drive, Gear(stiffness, damping, gap), offset_at_link)
+    law = gear_columns(robot, drive, present, behind)
 
     def parts(values: FloatArray) -> SimulatedParts:
         size = gap * float(values[0])
         return SimulatedParts(springs=(GearSpring(drive, 1.0 / stiffness, damping, size, offset_at_link),))
 
-    return Parameters(("play",), ("1",), _ONE, _ABOUT_ONE, (1.0,)), law, parts
+    return Parameters(("play",), ("1",), _ONE, _ABOUT_ONE, (1.0,), gives_way=(behind,)), law, parts
 
 
 def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from ident.effects.entry import joint_words
 from ident.effects.state import State
 from robots.arrays import FloatArray
 from robots.description import Robot
+
+if TYPE_CHECKING:
+    from ident.effects.giving_way import Pliant, Way
 
 Scope = Literal["joint", "joint_pair", "drive", "tool", "base", "arm"]
 
@@ -113,12 +116,20 @@ class PresentModel(Protocol):
         """Joint torque of the whole model, samples × joints, N·m (or N)."""
         ...
 
+    def own_torque(self, state: State) -> FloatArray:
+        """The same of all but the links, wherever these give way."""
+        ...
+
     def low_cutoff(self, state: State) -> State:
         """The motion for rates of torques, in which noise of positions is soon larger than the motion."""
         ...
 
     def link_torque(self, state: State) -> FloatArray:
-        """Torque through the gears: the links alone, without rotors, friction and offsets."""
+        """Torque of links that follow their drives, without rotors, friction and offsets."""
+        ...
+
+    def ways(self, state: State) -> tuple[Way, ...]:
+        """How far links give way where the model lets them, for an effect: at all places but its own."""
         ...
 
     def foot_torque(self, state: State, rocking: FloatArray) -> FloatArray:
@@ -187,6 +198,11 @@ class PlacedEffect(Effect, Protocol):
     @property
     def centre(self) -> tuple[float, ...]:
         """What each linear parameter is likeliest to be before any data are seen."""
+        ...
+
+    @property
+    def gives_way(self) -> tuple[Pliant, ...]:
+        """Places where it lets links give way."""
         ...
 
 

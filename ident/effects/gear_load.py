@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.giving_way import torque_through_gears
 from ident.effects.placed import OFFSET_AT_LINK, Family, drive_row, drive_torque
 from ident.effects.simulated import FrictionTorque
 from ident.effects.state import State
@@ -46,7 +47,8 @@ class GearLoad:
 
     def torque(self, state: State) -> FloatArray:
         """(samples,) N·m (or N), as friction follows it; at once where no time is known."""
-        joints = self.present.link_torque(state) + self.offset_at_link * self.present.offset_torque()
+        links = torque_through_gears(self.present, state)
+        joints = links + self.offset_at_link * self.present.offset_torque()
         return followed(drive_torque(self.robot, joints, self.place.joints[0]), state.time, self.memory)
 
     def friction(

@@ -10,6 +10,7 @@ import numpy as np
 
 from ident.effects.elastic_gear import inertia_along, link_inertia
 from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.giving_way import torque_through_gears
 from ident.effects.moved_links import slopes_of_links
 from ident.effects.placed import (
     ANY,
@@ -57,7 +58,7 @@ def _make(
     damping = 2.0 * _DAMPING * stiffness / (2.0 * np.pi * resonance)
 
     def law(state: State) -> FloatArray:
-        still = present.link_torque(state)
+        still = torque_through_gears(present, state)
         columns = np.stack([_torque(state, still, quarter) for quarter in (0.5 * np.pi, 0.0)], axis=2)
         frequency = waves * np.abs(state.velocity @ row) / (2.0 * np.pi)
         size = as_filter_shows(robot, frequency, state.time) * _given_way(state, frequency)

@@ -15,8 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
-from pathlib import Path
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -27,17 +26,8 @@ from robots.arrays import FloatArray
 
 _LONGEST_STEP, _SHORTEST_STEP = 2.5e-4, 2e-5
 """s; of the integration: the longest where a flank may be met within a step."""
-_PARTS = 4
+PARTS = 4
 """Of a sample, in which the load goes on straight: a step is no longer."""
-_NEWTON_STEPS = 4
-"""Of a spring that stiffens, from the step of its linear part, at most."""
-_SETTLED = 1e-9
-"""Of the acceleration: the step after one that is less would change nothing."""
-
-_STABLE = 1.5
-"""Of (h ω)², up to which a step is a part of an oscillation: Fox and Goodwin's rule is stable to 6, and a
-spring that stiffens is that much harder where it is bent."""
-
 FORGOTTEN = 3.0
 """s after which a link has no state of its own any more: the slowest one on a gear that is looked for, of 6
 Hz and damped by 0.08, has come down to e⁻⁹."""
@@ -79,7 +69,7 @@ def between(series: FloatArray, state: State | None) -> tuple[FloatArray, int]:
     A straight line between samples takes a tenth off a torque of a sixth of the sampling rate.
     """
     whole = series if state is None else state.with_before(series, FORGOTTEN)
-    points = np.ascontiguousarray(EvenSpline(whole).with_between(_PARTS).T)
+    points = np.ascontiguousarray(EvenSpline(whole).with_between(PARTS).T)
     return points, whole.shape[0] - series.shape[0]
 
 
@@ -115,22 +105,27 @@ class Gear:
             carried: (samples,) torque through the gear as it was measured; asked for where it is needed.
         """
         felt, before, repeats = course
-        inertia = float(np.median(felt[0, ::_PARTS]))
+        inertia = float(np.median(felt[0, ::PARTS]))
         needed = self.rings_for(inertia)
         run = partial(self._run, sample_time, float(np.sqrt(self.stiffness / inertia)))
-        recorded, lead = _PARTS * before, before * sample_time
-        first = _PARTS * max(before - int(np.ceil(needed / sample_time)), 0) if repeats else 0
-        state = np.array([self._settled(*felt[1:3, first]), 0.0, 0.0])
+        recorded, lead = PARTS * before, before * sample_time
+        first = PARTS * max(before - int(np.ceil(needed / sample_time)), 0) if repeats else 0
+        state = np.array([self.settled(*felt[1:3, first]), 0.0, 0.0])
         for _ in range(int(needed / lead) if repeats and before else 0):
             state = run(felt[:, : recorded + 1], state)[:, -1].copy()
-        found = run(felt[:, first:], state)[:, recorded - first :: _PARTS]
+        found = run(felt[:, first:], state)[:, recorded - first :: PARTS]
         if carried is None or repeats or not before or needed <= lead or not self.is_linear:
             return found
         force = np.array([self.stiffness, self.damping, 0.0])
         free = felt[:, recorded:] * np.array([[1.0], [0.0], [1.0], [1.0]])
-        rings = np.stack([run(free, one)[:, ::_PARTS] for one in self._free(free[:, 0])])
+        rings = np.stack([run(free, one)[:, ::PARTS] for one in self._free(free[:, 0])])
         sizes = np.linalg.lstsq((force @ rings).T, carried() - force @ found, rcond=None)[0]
         return np.asarray(found + np.tensordot(sizes, rings, 1))
+
+    @property
+    def spring(self) -> tuple[float, float, float, float]:
+        """As machine code takes it."""
+        return self.stiffness, self.damping, 0.5 * self.gap, self.cubic
 
     @property
     def is_linear(self) -> bool:
@@ -141,7 +136,12 @@ class Gear:
         """s in which a link of an inertia has forgotten how it began; in flight it is not damped."""
         return FORGOTTEN if self.gap else 2.0 * _FALLS * inertia / max(self.damping, 1e-12)
 
-    def _settled(self, load: float, way: float) -> float:
+    def substeps(self, sample_time: float, frequency: float) -> int:
+        """Of each part of a sample, for a link that swings with a frequency, rad/s."""
+        longest = min(_PHASE_OF_PLAY / frequency, _LONGEST_STEP) if self.gap else _PHASE / frequency
+        return int(np.ceil(sample_time / PARTS / max(longest, _SHORTEST_STEP) * (1.0 - 1e-9)))
+
+    def settled(self, load: float, way: float) -> float:
         """Lag under a load that stays, but for what a link that lags takes of it."""
         if self.cubic > 0.0:
             roots = np.roots([self.cubic, 0.0, self.stiffness + way, -load])
@@ -159,77 +159,12 @@ class Gear:
 
     def _run(self, sample_time: float, frequency: float, felt: FloatArray, state: FloatArray) -> FloatArray:
         """3 × finer samples from a state (3,) on, that of the first."""
-        longest = min(_PHASE_OF_PLAY / frequency, _LONGEST_STEP) if self.gap else _PHASE / frequency
-        part = sample_time / _PARTS
-        substeps = int(np.ceil(part / max(longest, _SHORTEST_STEP) * (1.0 - 1e-9)))
+        substeps = self.substeps(sample_time, frequency)
         found = np.empty((3, felt.shape[1]))
-        spring = self.stiffness, self.damping, 0.5 * self.gap, self.cubic
-        _kernel()(*felt, part / substeps, substeps, *spring, state, *found)
+        # Imported here: the compiler takes a second to load, and most commands need no gear state.
+        from ident.kernels.gears import link_behind_a_gear
+
+        step = sample_time / (PARTS * substeps)
+        inertia, load, way, drag = felt
+        link_behind_a_gear(inertia, load, way, drag, step, substeps, self.spring, state, found)
         return found
-
-
-@cache
-def _kernel() -> Callable[..., None]:
-    """The integration in machine code, kept on disk."""
-    # Imported here: the compiler takes a second to load, and most commands need no gear state.
-    from ident.kernels.compilation import compiled_with_stamp
-
-    return compiled_with_stamp(_run, Path(__file__).read_bytes())
-
-
-def _run(
-    inertia: FloatArray,
-    load: FloatArray,
-    by_way: FloatArray,
-    by_rate: FloatArray,
-    h: float,
-    substeps: int,
-    stiffness: float,
-    damping: float,
-    half: float,
-    cubic: float,
-    start: FloatArray,
-    lag: FloatArray,
-    rate: FloatArray,
-    push: FloatArray,
-) -> None:
-    """Newmark's rule with γ = ½, which damps nothing itself. Writes lag, rate and push.
-
-    With β = 1/12 (Fox and Goodwin) an oscillation is right to the fourth order of a step that is a part of
-    it; with β = ¼, the trapezoidal rule, to the second, but stable at any stiffness and where a flank is met.
-    Free flight is tried first; where that ends beyond the gap, the flank's implicit step is taken instead.
-    """
-    x, v, a = start[0], start[1], start[2]
-    lag[0], rate[0], push[0] = x, v, a
-    for k in range(1, load.shape[0]):
-        for s in range(1, substeps + 1):
-            ahead = s / substeps
-            way = by_way[k - 1] + ahead * (by_way[k] - by_way[k - 1])
-            drag = by_rate[k - 1] + ahead * (by_rate[k] - by_rate[k - 1])
-            m = inertia[k - 1] + ahead * (inertia[k] - inertia[k - 1])
-            b = h * h * (0.25 if half > 0.0 or h * h * stiffness > _STABLE * m else 1.0 / 12.0)
-            given = b * stiffness + 0.5 * h * damping
-            m += b * way + 0.5 * h * drag
-            # Position and speed at the end of the step, less what the new acceleration adds to them.
-            y, w = x + h * v + (0.5 * h * h - b) * a, v + 0.5 * h * a
-            f = load[k - 1] + ahead * (load[k] - load[k - 1]) - way * y - drag * w
-            if half == 0.0:  # a spring that is never left
-                a = (f - stiffness * y - damping * w) * (1.0 / (m + given))
-                for _ in range(_NEWTON_STEPS if cubic > 0.0 else 0):
-                    bent = y + b * a
-                    force = (stiffness + cubic * bent * bent) * bent + damping * (w + 0.5 * h * a)
-                    hardness = stiffness + 3.0 * cubic * bent * bent
-                    less = (m * a + force - f) / (m + b * hardness + 0.5 * h * damping)
-                    a -= less
-                    if abs(less) <= _SETTLED * abs(a):
-                        break
-            else:
-                a, give = f / m, 1.0 / (m + given)  # neither waits for the step before
-                end = y + b * a
-                if end > half or end < -half:
-                    edge = half if end > half else -half
-                    pressed = (f - stiffness * (y - edge) - damping * w) * give
-                    if (f - m * pressed) * edge > 0.0:  # a flank never pulls
-                        a = pressed
-            x, v = y + b * a, w + 0.5 * h * a
-        lag[k], rate[k], push[k] = x, v, a

@@ -15,6 +15,7 @@ from robots.arrays import FloatArray
 from robots.description import Robot
 
 if TYPE_CHECKING:
+    from ident.effects.giving_way import Pliant
     from ident.effects.simulated import SimulatedParts, Table
 
 OFFSET_AT_LINK = Shape("offset_at_link", "1", (1.0, 0.0), 0.0, 1.0, fixed=True)
@@ -31,7 +32,7 @@ class Placed:
     """An effect of a family at one place with its shape fixed.
 
     ``law`` gives its columns, samples × joints × p, and ``parts`` what it is in the simulation for
-    parameter values (p,); both are made of the same expressions.
+    parameter values (p,); both are made of the same expressions. ``gives_way`` is where links do with it.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Placed:
     of_measured: bool = False
     stiff: bool = False
     timeless: bool = False
+    gives_way: tuple[Pliant, ...] = ()
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -76,6 +78,7 @@ class Parameters:
     bounds: a physical size (:mod:`ident.effects.scales`). The centre is zero where none is given; it is one
     where the shapes alone make the effect, and the parameter is the share of it that is there. Columns
     ``of_measured`` are made of the measured torque: where they act, the model does not say what is measured.
+    Of a ``whole`` effect ``gives_way`` are the places where links give way with it.
     """
 
     symbols: tuple[str, ...]
@@ -84,6 +87,7 @@ class Parameters:
     scale: tuple[float, ...]
     centre: tuple[float, ...] = ()
     of_measured: bool = False
+    gives_way: tuple[Pliant, ...] = ()
 
 
 Law = Callable[[State], FloatArray]
@@ -172,6 +176,7 @@ class Family:
             parameters.of_measured,
             self.stiff,
             self.timeless,
+            parameters.gives_way,
         )
 
 

@@ -57,7 +57,7 @@ class State:
     period: int | None = None
     measured: State | None = None
     asked: Asked | None = None
-    _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(4), compare=False)
+    _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(8), compare=False)
 
     def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
         """What effects ask of this motion and of one model again and again, made once; by the very model."""

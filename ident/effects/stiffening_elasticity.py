@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.effects.elastic_gear import gear_columns, link_inertia
+from ident.effects.elastic_gear import behind_gear, gear_columns, link_inertia
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.gear_state import Gear
 from ident.effects.placed import Family, Law, Parameters, Parts, angle_unit, each_drive, torque_unit
@@ -34,13 +34,15 @@ def _make(
     drive, (compliance, stiffening, ratio) = place.joints[0], shape
     damping = 2.0 * ratio * float(np.sqrt(link_inertia(robot, drive) / compliance))
     cubic = stiffening / compliance / (compliance * _LOAD * rated_torque(robot, place)) ** 2
-    law = gear_columns(robot, drive, present, Gear(1.0 / compliance, damping, cubic=cubic))
+    behind = behind_gear(robot, drive, Gear(1.0 / compliance, damping, cubic=cubic))
+    law = gear_columns(robot, drive, present, behind)
 
     def parts(values: FloatArray) -> SimulatedParts:
         softer = compliance * float(values[0])
         return SimulatedParts(springs=(GearSpring(drive, softer, damping, cubic=cubic),))
 
-    return Parameters(("stiffening_gear",), ("1",), ((0.0, 3.0),), (0.1,), (1.0,)), law, parts
+    size = (("stiffening_gear",), ("1",), ((0.0, 3.0),), (0.1,), (1.0,))
+    return Parameters(*size, gives_way=(behind,)), law, parts
 
 
 def _shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:

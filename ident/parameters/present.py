@@ -13,6 +13,7 @@ from ident.effects import CurrentOffset, Effect, RigidBody, State
 from ident.effects.chain import chain_frames
 from ident.effects.family import Place
 from ident.effects.foot import links_on_a_foot, on_a_foot
+from ident.effects.giving_way import Pliant, Way, ways_of
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
 from ident.effects.torque_of import torque_of
@@ -33,11 +34,13 @@ class Present:
     """A model with its standard parameters (p,).
 
     What was found counts as it does in the simulation: a payload is a part of the links, a tilt a part of
-    gravity, and both go through the gears.
+    gravity, and both go through the gears. For an effect that sees it less itself it gives way as it does
+    with the effect: ``left_out`` is where the effect does.
     """
 
     model: RegressorModel
     standard: FloatArray
+    left_out: tuple[Pliant, ...] = ()
     _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
     _link_torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
     _masses: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
@@ -59,7 +62,9 @@ class Present:
             return self
         if (name, place) not in self._others:
             model = RegressorModel(self.model.robot, tuple(effect for effect, _ in kept))
-            self._others[name, place] = Present(model, np.concatenate([values for _, values in kept]))
+            own = Present(model, np.concatenate([values for _, values in kept]))
+            left_out = tuple(one for one in self._places if one not in own._places)
+            self._others[name, place] = replace(own, left_out=left_out)
         return self._others[name, place]
 
     def _effects(self) -> Iterator[tuple[Effect, FloatArray]]:
@@ -84,10 +89,32 @@ class Present:
             return state.once(self, "links", lambda: self._link_torque(state))
         return self._link_torques.of(state, lambda: self._link_torque(state))
 
+    def ways(self, state: State) -> tuple[Way, ...]:
+        """How far links give way behind gears and on a foot that were found to."""
+        places = self._places
+        if not places:
+            return ()
+        ways = state.once(self, "ways", lambda: ways_of((*places, *self.left_out), self, state))
+        return ways[: len(places)]
+
+    @cached_property
+    def _places(self) -> tuple[Pliant, ...]:
+        return tuple(
+            place for effect, _ in self._effects() if isinstance(effect, Placed) for place in effect.gives_way
+        )
+
+    def own_torque(self, state: State) -> FloatArray:
+        """Of all but the links, wherever these give way."""
+        return self._sum(np.zeros_like(state.position), state, giving=False)
+
     def _torque(self, state: State) -> FloatArray:
-        total = self.link_torque(state).copy()
+        return self._sum(self.link_torque(state).copy(), state, giving=True)
+
+    def _sum(self, total: FloatArray, state: State, giving: bool) -> FloatArray:
         for effect, values in self._effects():
-            if not (isinstance(effect, RigidBody) or _is_load(effect)):
+            if isinstance(effect, RigidBody) or _is_load(effect):
+                continue
+            if giving or not (isinstance(effect, Placed) and effect.gives_way):
                 total += torque_of(effect, state, values)
         return total
 

@@ -11,6 +11,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.effects import RigidBody, State
 from ident.effects.family import PlacedEffect
+from ident.effects.giving_way import Pliant, Way, ways_of
 from ident.effects.placed import Placed
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
@@ -25,11 +26,15 @@ class PresentWith:
         model: without them.
         beside: effects and values.
         apart: whether no sample's own noise is in the motion that it is asked about.
+        places: where it gives way, and behind them those of an effect that is asked beside it.
+        own: how many of these are the effect's.
     """
 
     model: Present
     beside: Sequence[tuple[PlacedEffect, FloatArray]]
     apart: bool
+    places: tuple[Pliant, ...] = ()
+    own: int = 0
     _torques: IdentityCache[FloatArray] = field(default_factory=IdentityCache, repr=False, compare=False)
 
     def forget(self) -> None:
@@ -49,6 +54,14 @@ class PresentWith:
             total = total + effect.columns(state) @ values
         return total
 
+    def own_torque(self, state: State) -> FloatArray:
+        """Of all but the links, wherever these give way."""
+        total = self.model.own_torque(state)
+        for effect, values in self.beside:
+            if not effect.gives_way:
+                total = total + effect.columns(state) @ values
+        return total
+
     def low_cutoff(self, state: State) -> State:
         """The motion for rates of torques: one without a sample's own noise needs no filter of its own.
 
@@ -59,6 +72,16 @@ class PresentWith:
     def link_torque(self, state: State) -> FloatArray:
         """Torque of the links alone, samples × joints."""
         return self.model.link_torque(state)
+
+    def ways(self, state: State) -> tuple[Way, ...]:
+        """How far links give way: all at once, those of the effect that asks among them."""
+        before = self.model.ways(state)
+        if len(self.places) == self.own:
+            return before
+        ways = state.once(
+            self, "ways", lambda: ways_of((*(one.place for one in before), *self.places), self, state)
+        )
+        return ways[: len(ways) - self.own]
 
     def foot_torque(self, state: State, rocking: FloatArray) -> FloatArray:
         """Of the links on a foot that rocks, samples × (2 + joints)."""
@@ -98,19 +121,38 @@ def present_with(problem: Problem, found: Found, but: int | None = None) -> Pres
     standard = standard_of(problem, found)
     torques = []
     for number, member in enumerate(found.members):
-        if number == but:
-            continue
         placed, values = member.entry.placed, found.theta(number)[0]
         assert isinstance(placed, Placed)
         links = placed.simulated(values).links
         if links is None:
-            torques.append((member, values))
-        else:
+            torques.append((number, member, values))
+        elif number != but:
             standard = standard + _in_links(problem, np.asarray(links))
-    model = Present(base.model, standard)
+    model, apart = Present(base.model, standard), problem.prepared.apart
+    places = [(number, place) for number, member, _ in torques for place in member.entry.placed.gives_way]
+
+    def seen_by(asking: int | None) -> Present | PresentWith:
+        """The model without torques beside it; it gives way as it does with the effect that asks."""
+        others = tuple(place for number, place in places if number != asking)
+        own = tuple(place for number, place in places if number == asking)
+        return PresentWith(model, (), apart, (*others, *own), len(own)) if others else model
+
+    rigid = seen_by(None)
+    giving = {number for number, _ in places}
     # Made of the model alone: of each other they would ask on without end, twice as long with every fit.
-    beside = [(m.candidate.at(robot, m.entry.placed.shape, model), values) for m, values in torques]
-    return PresentWith(model, tuple(beside), problem.prepared.apart)
+    beside = [
+        (
+            member.candidate.at(
+                robot, member.entry.placed.shape, seen_by(number) if number in giving else rigid
+            ),
+            values,
+        )
+        for number, member, values in torques
+        if number != but
+    ]
+    whole = seen_by(but)
+    places_of = (whole.places, whole.own) if isinstance(whole, PresentWith) else ()
+    return PresentWith(model, tuple(beside), apart, *places_of)
 
 
 def standard_of(problem: Problem, found: Found) -> FloatArray:

@@ -19,6 +19,7 @@ from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, stands, without_effects
+from ident.discrepancy.by_evidence.decide.together import swinging_as_one, swinging_beside
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
 from robots.identity_cache import IdentityCache
 
@@ -131,6 +132,7 @@ class Search:
             forms.setdefault(sets[k].members[-1].candidate.key, sets[k].members[-1])
         last = list(forms.values())
         sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
+        sets += map(self._seen, swinging_beside(self.problem, found, entries))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 
@@ -184,6 +186,7 @@ class Search:
 
     def _refitted(self, found: Found) -> tuple[Found, PresentWith]:
         """Columns made of the model with the rest of the set, shapes one after the other, κ of all joints."""
+        found = swinging_as_one(self.problem, found)
         for _ in range(2):
             for number in range(len(found.members)):
                 present = present_with(self.problem, found, but=number)

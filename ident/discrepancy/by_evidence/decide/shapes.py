@@ -12,7 +12,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import Found, Member
 from ident.discrepancy.by_evidence.evidence.gram import Gram, Level
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
-from ident.discrepancy.component import grid_step, inner, reach
+from ident.discrepancy.component import grid_step, inner, outer, reach
 from ident.effects.family import PresentModel, Shape
 from robots.arrays import FloatArray
 
@@ -138,7 +138,7 @@ class _Search:
         for k, value in zip(self.free, point, strict=True):
             one = self.candidate.shapes[k]
             if inner(one, shape[k]) != float(value):  # there and back is not the very same
-                shape[k] = float(np.clip(_outer(one, float(value)), one.lower, one.upper))
+                shape[k] = float(np.clip(outer(one, value), one.lower, one.upper))
         return tuple(shape)
 
     def _entry(self, shape: tuple[float, ...]) -> Entry:
@@ -180,7 +180,3 @@ def _within(start: FloatArray, steps: FloatArray, limits: Sequence[tuple[float, 
     low, high = np.array(limits).T
     outside = (start + steps < low) | (start + steps > high)
     return np.clip(np.where(outside, start - steps, start + steps), low, high)
-
-
-def _outer(shape: Shape, value: float) -> float:
-    return float(np.exp(value)) if shape.logarithmic else value
