@@ -30,18 +30,18 @@ from robots.arrays import FloatArray
 
 _FINEST = 10
 """Values of a shape on the grid of two effects, at most."""
-_FINE = np.linspace(-0.35, 0.35, 15)
-"""Logarithms of compliances, about those that are known."""
-_DAMPING = 0.01
-"""Ratio to critical on that grid: the resonances of what is damped more are not as narrow."""
 _EVALUATIONS = 25
-"""Per shape of the two, in each round."""
-_STEPS = (0.2, 0.06, 0.02)
-"""Of the simplex that a round begins with, in logarithms, or of a shape's range. The misfit is fitted between
-them: where a place is missing it is large, and hardly tells shapes apart."""
+"""Per shape that is fitted, in each round."""
+_ROUNDS = ((0.08, 0.12), (0.04, 0.06), (0.02, 0.03), (0.01, 0.015), (None, 0.1), (None, 0.02))
+"""Ratios to critical with which how soft both are is fitted, then all shapes, and the first step of each simplex
+in logarithms, or of a shape's range. What is damped by a hundredth shows within a hundredth of its resonance,
+so it is come to from what is damped more. The misfit is fitted between them: where a place is missing it is
+large, and hardly tells shapes apart."""
+_LAST = _ROUNDS[-2:]
+"""Of a set that has both."""
 _SHARES = (1.0, 0.3, 0.1, 0.03)
 """Of the misfit of a set, that shapes are tried with."""
-_FITTED = 2
+_FITTED = 3
 """Candidates that are, the likeliest of their grids."""
 
 Shapes = tuple[tuple[float, ...], tuple[float, ...]]
@@ -65,7 +65,7 @@ def swinging_beside(problem: Problem, found: Found, entries: Sequence[Entry]) ->
     ]
     begun = at_once(_Both.begun, asked)
     order = sorted(range(len(asked)), key=lambda k: -begun[k][0])[:_FITTED]
-    return at_once(lambda k: asked[k].fitted(*begun[k][1]), order)
+    return at_once(lambda k: asked[k].fitted(begun[k][1]), order)
 
 
 def swinging_as_one(problem: Problem, found: Found) -> Found:
@@ -77,7 +77,7 @@ def swinging_as_one(problem: Problem, found: Found) -> Found:
     rest = [one for k, one in enumerate(found.members) if k != last]
     less = found_set(problem, rest, found.level, ())
     shapes = found.members[first].entry.placed.shape, more.entry.placed.shape
-    fitted = _Both(problem, less, first, more.candidate).fitted(*shapes)
+    fitted = _Both(problem, less, first, more.candidate).fitted(shapes, _LAST)
     return max(fitted, found, key=lambda one: one.log_posterior)
 
 
@@ -91,11 +91,9 @@ def _smaller(level: Level, accepted: FloatArray) -> Iterator[Level]:
         yield Level(np.maximum(share * level.kappa, least), np.maximum(share * level.excess, 1.0))
 
 
-def _ringing(kind: Candidate, shape: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(
-        _DAMPING if one.name == "damping_ratio" else value
-        for one, value in zip(kind.shapes, shape, strict=True)
-    )
+def _damped(kind: Candidate, shape: tuple[float, ...], ratio: float) -> tuple[float, ...]:
+    both = zip(kind.shapes, shape, strict=True)
+    return tuple(ratio if one.name == "damping_ratio" else value for one, value in both)
 
 
 def _gives_way(entry: Entry) -> bool:
@@ -137,20 +135,16 @@ class _Both:
         return [one for k, one in enumerate(self.found.members) if k != self.number]
 
     def begun(self) -> tuple[float, Shapes]:
-        """The best of a grid and of a finer one about that: log evidence, and the shapes of both."""
-        value, best = self._likeliest(self._grid())
-        return max((value, best), self._likeliest(self._about(best)), key=lambda one: one[0])
-
-    def _likeliest(self, grid: Iterator[Shapes]) -> tuple[float, Shapes]:
-        values = ((self._value(shapes, self.found.level), shapes) for shapes in grid)
+        """The best of a grid: log evidence, and the shapes of both."""
+        values = ((self._value(shapes, self.found.level), shapes) for shapes in self._grid())
         return max(values, key=lambda one: one[0])
 
-    def fitted(self, *shapes: tuple[float, ...]) -> Found:
+    def fitted(self, shapes: Shapes, rounds: Sequence[tuple[float | None, float]] = _ROUNDS) -> Found:
         """The set with both from such shapes on, the candidate last."""
         level = self.found.level
-        for step in _STEPS:
-            shapes = self._simplex((shapes[0], shapes[1]), level, step)
-            placed = self._as_one((shapes[0], shapes[1]))
+        for damping, step in rounds:
+            shapes = self._simplex(shapes, level, step, damping)
+            placed = self._as_one(shapes)
             entry = Entry(self.candidate, placed, self.problem.rows.effect(placed))
             found = found_set(
                 self.problem, (*self.others, Member(entry, 0.0)), level, range(self.problem.rows.n)
@@ -175,12 +169,15 @@ class _Both:
         assert isinstance(placed, Placed)
         return placed
 
-    def _simplex(self, shapes: Shapes, level: Level, step: float) -> Shapes:
+    def _simplex(self, shapes: Shapes, level: Level, step: float, damping: float | None) -> Shapes:
+        """Shapes of more evidence; with a damping all others but that."""
+        if damping is not None:
+            shapes = _damped(self.kinds[0], shapes[0], damping), _damped(self.kinds[1], shapes[1], damping)
         free = [
             (which, k, shape)
             for which, kind in enumerate(self.kinds)
             for k, shape in enumerate(kind.shapes)
-            if not shape.fixed
+            if not shape.fixed and (damping is None or shape.name != "damping_ratio")
         ]
 
         def at(point: FloatArray) -> Shapes:
@@ -210,18 +207,6 @@ class _Both:
             [shape.grid[:: -(-len(shape.grid) // _FINEST)] for shape in kind.shapes] for kind in self.kinds
         )
         yield from product(product(*own), product(*other))
-
-    def _about(self, shapes: Shapes) -> Iterator[Shapes]:
-        """How soft both are in fine steps: what is damped by a hundredth shows within a hundredth of it."""
-        for scales in product(np.exp(_FINE), repeat=2):
-            first, second = (
-                tuple(
-                    float(np.clip(value * scale, one.lower, one.upper)) if one.name == "compliance" else value
-                    for one, value in zip(kind.shapes, _ringing(kind, shape), strict=True)
-                )
-                for kind, shape, scale in zip(self.kinds, shapes, scales, strict=True)
-            )
-            yield first, second
 
     def _as_one(self, shapes: Shapes) -> Placed:
         """What both make at once, as one effect."""
