@@ -212,6 +212,8 @@ def _part(robot: Robot, recording: Recording, started: float, simulated: Simulat
     own = state.part(keep)
     finer = _FINER if stride % _FINER == 0 else 1
     used = _away_from_standstill(robot, own, step, settings)
+    # A joint that hardly ever turns, or swings about where it is, stands: of five rows nothing is noise.
+    used &= np.count_nonzero(used[::stride], axis=0) >= _FEWEST_ROWS
     other = own
     if period is not None:
         # Of the samples that are kept: ends that the filter has spoiled would spoil all other periods' phase.
