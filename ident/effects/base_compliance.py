@@ -106,9 +106,8 @@ def _on_firm_ground(
     for axis, least in enumerate(_LEAST * described):
         slopes.append(Slopes.of(still, partial(felt, axis)))
         way, rate, push = slopes[axis].each[axis]
-        loads = np.stack(
-            [-still[:, axis], *np.where(push > least, (way, rate), 0.0)], axis=1
-        )  # else no body's
+        turned = np.where(push > least, (way, rate), 0.0)  # else no body's
+        loads = np.stack([-still[:, axis], *turned], axis=1)
         courses.append(finer(np.maximum(push, least), loads, state))
     return slopes, courses
 
