@@ -13,6 +13,7 @@ import robots
 from ident import Recording, RegressorModel
 from ident.discrepancy.by_evidence.decide.problem import pose
 from ident.discrepancy.by_evidence.decide.state import Member, found_set
+from ident.discrepancy.by_evidence.evidence import prepared as prepared_rows
 from ident.discrepancy.by_evidence.evidence.lag import aligned
 from ident.discrepancy.by_evidence.evidence.prepared import (
     Part,
@@ -43,6 +44,24 @@ def recording(more: FloatArray | float = 0.0, noise: float = 1e-7, seconds: floa
 
 def part(log: Recording) -> Part:
     return prepare(settings_for(EMPS, log), [log]).parts[0]
+
+
+def swinging(seconds: float) -> Recording:
+    """One axis that swings at 20 Hz about where it is, and goes on for some seconds once in each period."""
+    time = np.arange(round(4.0 * PERIOD * RATE)) / RATE
+    phase = time % (2.0 * PERIOD)
+    way = 0.05 * np.clip(phase - 2.0, 0.0, seconds) - 0.025 * seconds * np.clip(phase - 5.0, 0.0, 2.0)
+    still = (phase > 2.0) & (phase < 2.0 + seconds)
+    position = (way + np.where(still, 0.0, 2e-4) * np.sin(40.0 * np.pi * time))[:, np.newaxis]
+    return Recording("log", time, position, position, np.cos(time)[:, np.newaxis])
+
+
+def test_a_joint_that_swings_about_where_it_is_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the few rows that it turns on nothing is noise, and in units of that rows are no numbers."""
+    assert part(swinging(1.5)).used.any()
+    assert not part(swinging(0.2)).used.any()
+    monkeypatch.setattr(prepared_rows, "_FEWEST_ROWS", 1)
+    assert 0 < np.count_nonzero(part(swinging(0.2)).used) < 50
 
 
 def test_rows_near_a_standstill_of_a_drive_that_moves_with_the_joint_are_left_out() -> None:
