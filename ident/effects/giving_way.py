@@ -86,12 +86,15 @@ class _Course:
         load, matrix: (points, places) and (points, places, places, 3): the load of each, and what it feels of
             the others' ways, speeds and accelerations.
         before: samples before the first.
+        least: eigenvalue of their mass matrix over that of the same masses apart; together they swing as
+            fast as the fastest over its root, at most.
     """
 
     slopes: tuple[Slopes, ...]
     load: FloatArray
     matrix: FloatArray
     before: int
+    least: float
 
 
 def torque_of_giving_way(own: Sequence[Pliant], present: PresentModel, state: State) -> FloatArray:
@@ -169,8 +172,8 @@ class _Links:
 
     @cached_property
     def frequencies(self) -> FloatArray:
-        """(places,) of each as if the others were rigid, rad/s."""
-        return np.asarray(np.sqrt(self.springs[:, 0] / self.inertia))
+        """(places,) of each, rad/s: no less than they swing with beside the others."""
+        return np.asarray(np.sqrt(self.springs[:, 0] / (self.inertia * self.course.least)))
 
     @cached_property
     def forgets(self) -> float:
@@ -182,7 +185,8 @@ class _Links:
     def rings(self) -> bool:
         """Whether they have not forgotten how they began where the record begins, and that adds."""
         lead = self.course.before * self.step
-        return bool(0.0 < lead < self.forgets) and all(one.gear.is_linear for one in self.places)
+        seen = any(not one.of_foot for one in self.places)
+        return seen and 0.0 < lead < self.forgets and all(one.gear.is_linear for one in self.places)
 
     def run(self, points: slice, begun: FloatArray, load: FloatArray | None = None) -> FloatArray:
         """Points × places × 3, from a state (places, 3) at the first of them on."""
@@ -195,7 +199,7 @@ class _Links:
         straight, part = sum(one.gear.is_linear for one in self.places), self.step / (PARTS * substeps)
         found = np.empty((*load.shape, 3))
         matrix = self.course.matrix[points]
-        links_behind_gears(matrix, load, part, substeps, self.springs, straight, begun, found)
+        links_behind_gears(matrix, load, part, substeps, self.springs, straight, self.course.least, begun, found)
         return found
 
     def swing(self, repeats: bool) -> FloatArray:
@@ -246,18 +250,21 @@ def _felt(places: Sequence[Pliant], present: PresentModel, state: State) -> _Cou
     offset = np.concatenate([np.zeros(AXES), present.offset_torque()])
     load = -np.stack([(still + one.offset * offset) @ one.along for one in places], axis=1)
     matrix = np.einsum("aj,bjds->sabd", directions, np.stack([one.each for one in slopes]))
-    _as_of_bodies(matrix, np.array([one.described for one in places]))
+    least = _as_of_bodies(matrix, np.array([one.described for one in places]))
     k = len(places)
     points, before = between(np.hstack([load, matrix.reshape(load.shape[0], -1)]), state)
     finer = np.ascontiguousarray(points[k:].T).reshape(-1, k, k, 3)
     for number in range(k):  # where an inertia jumps a spline would go below nothing
         own = matrix[:, number, number, 2]
         np.clip(finer[:, number, number, 2], own.min(), own.max(), out=finer[:, number, number, 2])
-    return _Course(slopes, np.ascontiguousarray(points[:k].T), finer, before)
+    return _Course(slopes, np.ascontiguousarray(points[:k].T), finer, before, least)
 
 
-def _as_of_bodies(matrix: FloatArray, described: FloatArray) -> None:
-    """Parameters that were fitted need be no body's: then places have some mass each, and feel no other."""
+def _as_of_bodies(matrix: FloatArray, described: FloatArray) -> float:
+    """Parameters that were fitted need be no body's: then places have some mass each, and feel no other.
+
+    The least eigenvalue of what is left is returned.
+    """
     mass, least = matrix[..., 2], _LEAST * described
     diagonal = np.einsum("saa->sa", mass)
     light = diagonal <= least
@@ -265,9 +272,11 @@ def _as_of_bodies(matrix: FloatArray, described: FloatArray) -> None:
     for number in range(described.size):
         matrix[light[:, number], number, :, :2] = 0.0
     root = np.sqrt(diagonal)
-    apart = np.linalg.eigvalsh(mass / (root[:, :, np.newaxis] * root[:, np.newaxis])).min(axis=1) < _APART
+    eigenvalues = np.linalg.eigvalsh(mass / (root[:, :, np.newaxis] * root[:, np.newaxis])).min(axis=1)
+    apart = eigenvalues < _APART
     others = ~np.eye(described.size, dtype=bool)
     matrix[np.ix_(apart, range(described.size), range(described.size))] *= ~others[..., np.newaxis]
+    return float(np.where(apart, 1.0, eigenvalues).min())
 
 
 def _slopes(present: PresentModel, on_foot: bool, state: State, along: FloatArray) -> Slopes:

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 from ident.discrepancy.by_evidence.confirm.held_out import HeldOut
+from ident.discrepancy.by_evidence.decide.as_one import part_of
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
-from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member, found_set, stands
+from ident.discrepancy.by_evidence.decide.state import TEMPERATURE, Found, Member, stands
 from ident.effects.entry import joint_words
 
 
@@ -87,6 +88,4 @@ def _part(search: Search, found: Found, kept: tuple[int, ...]) -> Found:
     members = [found.members[number] for number in sorted(kept)]
     if len(members) == len(found.members):
         return found
-    left = (member for number, member in enumerate(found.members) if number not in kept)
-    joints = sorted({joint for member in left for joint in member.joints})
-    return found_set(search.problem, members, found.level, joints)
+    return part_of(search.problem, found, members)

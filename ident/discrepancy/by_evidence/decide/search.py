@@ -12,14 +12,16 @@ from typing import TypeVar
 import numpy as np
 
 from ident.closed_loop.at_once import at_once
+from ident.discrepancy.by_evidence.decide.as_one import beside_the_others, part_of
 from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.shapes import refined
+from ident.discrepancy.by_evidence.decide.shapes_at_once import shapes_at_once
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, stands, without_effects
-from ident.discrepancy.by_evidence.decide.together import swinging_as_one, swinging_beside
+from ident.discrepancy.by_evidence.decide.springs import soft_members, soft_places
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
 from robots.identity_cache import IdentityCache
 
@@ -132,7 +134,7 @@ class Search:
             forms.setdefault(sets[k].members[-1].candidate.key, sets[k].members[-1])
         last = list(forms.values())
         sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
-        sets += map(self._seen, swinging_beside(self.problem, found, entries))
+        sets += map(self._seen, soft_places(self.problem, found, entries))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 
@@ -186,14 +188,13 @@ class Search:
 
     def _refitted(self, found: Found) -> tuple[Found, PresentWith]:
         """Columns made of the model with the rest of the set, shapes one after the other, κ of all joints."""
-        found = swinging_as_one(self.problem, found)
+        as_one = soft_members(found) if len(soft_members(found)) > 1 else []
         for _ in range(2):
             for number in range(len(found.members)):
-                present = present_with(self.problem, found, but=number)
-                members = list(found.members)
-                members[number] = refined(self.problem, members, number, found, present)
-                present.forget()  # its motions: the member keeps the model itself
-                found = found_set(self.problem, members, found.level, members[number].joints)
+                if number not in as_one:
+                    found = beside_the_others(self.problem, found, number)
+            if as_one:
+                found = shapes_at_once(self.problem, found, as_one)
         found = found_set(self.problem, found.members, found.level, range(self.problem.rows.n))
         return self._seen(found), present_with(self.problem, found)
 
@@ -214,9 +215,7 @@ class Search:
         if number not in made:
             rest = [member for k, member in enumerate(found.members) if k != number]
             members = [one for one in rest if stands(self.problem, one.entry, rest)]
-            left = [one for one in found.members if one not in members]
-            joints = sorted({joint for one in left for joint in one.joints})
-            made[number] = self._seen(found_set(self.problem, members, found.level, joints))
+            made[number] = self._seen(part_of(self.problem, found, members))
         return made[number]
 
     def replaced(self, without: Found, others: Sequence[Screened]) -> list[Found]:
@@ -246,11 +245,8 @@ class Search:
         The model without it has taken up what it could of it: a friction of the load beside that had 160 nats
         less than beside its own, and the name that stood in the set was sure.
         """
-        last = len(found.members) - 1
-        present = present_with(self.problem, found, but=last)
-        members = (*found.members[:last], refined(self.problem, found.members, last, found, present))
-        present.forget()
-        fitted = found_set(self.problem, members, found.level, range(self.problem.rows.n))
+        fitted = beside_the_others(self.problem, found, len(found.members) - 1)
+        fitted = found_set(self.problem, fitted.members, found.level, range(self.problem.rows.n))
         return self._seen(max(fitted, found, key=lambda one: one.log_posterior))
 
     def _tried(self, found: Found, member: Member, present: PresentWith) -> Found:
