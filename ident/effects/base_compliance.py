@@ -20,10 +20,11 @@ from ident.effects.chain import chain_frames
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.foot import AXES, FootSpring, inertia_on_foot
 from ident.effects.gear_state import Gear
-from ident.effects.giving_way import Pliant, torque_of_giving_way
+from ident.effects.giving_way import torque_of_giving_way
 from ident.effects.placed import Family, Law, Parameters, Parts
 from ident.effects.simulated import SimulatedParts
 from ident.effects.state import State
+from ident.effects.ways import Pliant
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot

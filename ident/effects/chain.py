@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from threading import Lock
+
 import numpy as np
 import pinocchio
 
 from robots.arrays import FloatArray
+
+_ONE_AT_A_TIME = Lock()
+"""Joints of models that two threads asked at once ended the process (a segmentation fault in ``calc``)."""
 
 
 def chain_frames(model: pinocchio.Model) -> FloatArray | None:
@@ -21,7 +26,8 @@ def chain_frames(model: pinocchio.Model) -> FloatArray | None:
     for row, joint, placement in zip(
         frames, list(model.joints)[1:], list(model.jointPlacements)[1:], strict=True
     ):
-        linear, angular = _axis(joint)
+        with _ONE_AT_A_TIME:
+            linear, angular = _axis(joint)
         turns = bool(angular.any())
         axis = angular if turns else linear
         along = np.outer(axis, axis)
@@ -41,5 +47,5 @@ def _axis(joint: pinocchio.JointModel) -> tuple[FloatArray, FloatArray]:
     """The motion (linear, angular), 3 each, of one unit of joint speed."""
     data = joint.createData()
     joint.calc(data, np.zeros(joint.nq), np.zeros(joint.nv))
-    motion = np.asarray(data.S, dtype=np.float64).reshape(6)
+    motion = np.array(data.S, dtype=np.float64).reshape(6)  # a copy: the data are gone behind the return
     return motion[:3], motion[3:]

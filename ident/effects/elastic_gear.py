@@ -8,7 +8,7 @@ import pinocchio
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.foot import AXES
 from ident.effects.gear_state import FORGOTTEN, Course, Gear, finer
-from ident.effects.giving_way import Pliant, torque_of_giving_way
+from ident.effects.giving_way import torque_of_giving_way
 from ident.effects.moved_links import slopes_of_links
 from ident.effects.placed import (
     OFFSET_AT_LINK,
@@ -24,6 +24,7 @@ from ident.effects.placed import (
 from ident.effects.shown import as_positions_show
 from ident.effects.simulated import GearSpring, SimulatedParts
 from ident.effects.state import State
+from ident.effects.ways import Pliant
 from robots import rigid_body_model
 from robots.arrays import FloatArray
 from robots.description import Robot

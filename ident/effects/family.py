@@ -15,7 +15,7 @@ from robots.arrays import FloatArray
 from robots.description import Robot
 
 if TYPE_CHECKING:
-    from ident.effects.giving_way import Pliant, Way
+    from ident.effects.ways import Pliant, Way
 
 Scope = Literal["joint", "joint_pair", "drive", "tool", "base", "arm"]
 

@@ -15,86 +15,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from ident.effects.family import PresentModel
+from ident.effects.felt import Course, felt
 from ident.effects.foot import AXES
-from ident.effects.gear_state import PARTS, Gear, between
-from ident.effects.moved_links import Slopes
+from ident.effects.gear_state import PARTS
 from ident.effects.state import State
+from ident.effects.ways import Pliant, Way
 from robots.arrays import FloatArray
 
-_LEAST = 0.01
-"""Of the described inertia at home: parameters that were fitted need be no body's."""
 _SEEN = 1e-3
 """Of the largest: how links began is not asked of what springs carry less of."""
-_APART = 0.05
-"""Least eigenvalue of a mass matrix over that of the same masses apart: with less they are no body's."""
-
-
-@dataclass(frozen=True, eq=False)
-class Pliant:
-    """A place where links give way.
-
-    Attributes:
-        along: (2 + n,) how they do, of the foot's turns about x and y and of the joints.
-        gear: the spring.
-        described: inertia of the described links along it, kg·m² (or kg).
-        own: inertia of the place itself.
-        offset: share of the model's offset that is a load.
-    """
-
-    along: FloatArray
-    gear: Gear
-    described: float
-    own: float = 0.0
-    offset: float = 0.0
-
-    @property
-    def of_foot(self) -> bool:
-        """Whether the foot gives way there, whose torque nothing measures."""
-        return bool(self.along[:AXES].any())
-
-
-@dataclass(frozen=True, eq=False)
-class Way:
-    """How far links give way at a place.
-
-    Attributes:
-        place: where.
-        way: and its two rates, 3 × samples.
-        slopes: of the torques on foot and joints.
-    """
-
-    place: Pliant
-    way: FloatArray
-    slopes: Slopes
-
-    def torque(self, less: FloatArray | None = None) -> FloatArray:
-        """Samples × joints, by which the joints' torque changes; of the way less another."""
-        return self.slopes.torque(self.way if less is None else self.way - less)[:, AXES:]
-
-
-@dataclass(frozen=True, eq=False)
-class _Course:
-    """What links feel at places: at the samples, and at points between them and before the first.
-
-    Attributes:
-        slopes: of each place, of the torques on foot and joints.
-        load, matrix: (points, places) and (points, places, places, 3): the load of each, and what it feels of
-            the others' ways, speeds and accelerations.
-        before: samples before the first.
-        least: eigenvalue of their mass matrix over that of the same masses apart; together they swing as
-            fast as the fastest over its root, at most.
-    """
-
-    slopes: tuple[Slopes, ...]
-    load: FloatArray
-    matrix: FloatArray
-    before: int
-    least: float
+_FARTHEST = 1.0
+"""rad (or m). What goes farther has fallen over or swings on and on, which no arm that was recorded does: it
+is as if nothing gave way."""
 
 
 def torque_of_giving_way(own: Sequence[Pliant], present: PresentModel, state: State) -> FloatArray:
@@ -126,6 +63,8 @@ def ways_of(places: Sequence[Pliant], present: PresentModel, state: State) -> tu
     found = links.swing(state.repeats)
     if not state.repeats and links.rings and state.torque is not None:
         found += links.as_carried(found, _carried(links.places, present, state))
+    if not np.abs(found[..., 0]).max() <= _FARTHEST:  # nor where it is no number any more
+        found = np.zeros_like(found)
     ways = np.ascontiguousarray(found.transpose(1, 2, 0))
     made = [Way(*one) for one in zip(links.places, ways, links.course.slopes, strict=True)]
     return tuple(made[order.index(k)] for k in range(len(places)))
@@ -149,7 +88,7 @@ class _Links:
     """
 
     places: Sequence[Pliant]
-    course: _Course
+    course: Course
     step: float
     inertia: FloatArray
 
@@ -158,7 +97,7 @@ class _Links:
         """Along a measured motion."""
         assert state.time is not None
         key = "feel", tuple((one.along.tobytes(), one.offset) for one in places)
-        course: _Course = state.once(present, key, lambda: _felt(places, present, state))
+        course: Course = state.once(present, key, lambda: felt(places, present, state))
         own = np.array([one.own for one in places])
         matrix = course.matrix.copy()
         np.einsum("saa->sa", matrix[..., 2])[:] += own
@@ -172,8 +111,8 @@ class _Links:
 
     @cached_property
     def frequencies(self) -> FloatArray:
-        """(places,) of each, rad/s: no less than they swing with beside the others."""
-        return np.asarray(np.sqrt(self.springs[:, 0] / (self.inertia * self.course.least)))
+        """(places,) of each as if the others were rigid, rad/s."""
+        return np.asarray(np.sqrt(self.springs[:, 0] / self.inertia))
 
     @cached_property
     def forgets(self) -> float:
@@ -199,7 +138,7 @@ class _Links:
         straight, part = sum(one.gear.is_linear for one in self.places), self.step / (PARTS * substeps)
         found = np.empty((*load.shape, 3))
         matrix = self.course.matrix[points]
-        links_behind_gears(matrix, load, part, substeps, self.springs, straight, self.course.least, begun, found)
+        links_behind_gears(matrix, load, part, substeps, self.springs, straight, begun, found)
         return found
 
     def swing(self, repeats: bool) -> FloatArray:
@@ -239,70 +178,3 @@ class _Links:
                 felt = matrix[..., 0] @ state[:, 0] + matrix[..., 1] @ state[:, 1] + self._force(state)
                 state[:, 2] = np.linalg.solve(matrix[..., 2], -felt)
                 yield state
-
-
-def _felt(places: Sequence[Pliant], present: PresentModel, state: State) -> _Course:
-    """What links feel at places."""
-    on_foot = any(one.of_foot for one in places)
-    still = _torques(present, on_foot, state, np.zeros(len(places[0].along)))
-    slopes = tuple(_slopes(present, on_foot, state, one.along) for one in places)
-    directions = np.stack([one.along for one in places])
-    offset = np.concatenate([np.zeros(AXES), present.offset_torque()])
-    load = -np.stack([(still + one.offset * offset) @ one.along for one in places], axis=1)
-    matrix = np.einsum("aj,bjds->sabd", directions, np.stack([one.each for one in slopes]))
-    least = _as_of_bodies(matrix, np.array([one.described for one in places]))
-    k = len(places)
-    points, before = between(np.hstack([load, matrix.reshape(load.shape[0], -1)]), state)
-    finer = np.ascontiguousarray(points[k:].T).reshape(-1, k, k, 3)
-    for number in range(k):  # where an inertia jumps a spline would go below nothing
-        own = matrix[:, number, number, 2]
-        np.clip(finer[:, number, number, 2], own.min(), own.max(), out=finer[:, number, number, 2])
-    return _Course(slopes, np.ascontiguousarray(points[:k].T), finer, before, least)
-
-
-def _as_of_bodies(matrix: FloatArray, described: FloatArray) -> float:
-    """Parameters that were fitted need be no body's: then places have some mass each, and feel no other.
-
-    The least eigenvalue of what is left is returned.
-    """
-    mass, least = matrix[..., 2], _LEAST * described
-    diagonal = np.einsum("saa->sa", mass)
-    light = diagonal <= least
-    np.maximum(diagonal, least, out=diagonal)
-    for number in range(described.size):
-        matrix[light[:, number], number, :, :2] = 0.0
-    root = np.sqrt(diagonal)
-    eigenvalues = np.linalg.eigvalsh(mass / (root[:, :, np.newaxis] * root[:, np.newaxis])).min(axis=1)
-    apart = eigenvalues < _APART
-    others = ~np.eye(described.size, dtype=bool)
-    matrix[np.ix_(apart, range(described.size), range(described.size))] *= ~others[..., np.newaxis]
-    return float(np.where(apart, 1.0, eigenvalues).min())
-
-
-def _slopes(present: PresentModel, on_foot: bool, state: State, along: FloatArray) -> Slopes:
-    """Of the torques on foot and joints; kept with the motion."""
-
-    def made() -> Slopes:
-        torques = partial(_torques, present, on_foot, state, along)
-        return Slopes.of(torques(0.0, 0.0, 0.0), torques)
-
-    return state.once(present, ("slopes along", along.tobytes(), on_foot), made)
-
-
-def _torques(
-    present: PresentModel,
-    on_foot: bool,
-    state: State,
-    along: FloatArray,
-    way: float = 0.0,
-    rate: float = 0.0,
-    push: float = 0.0,
-) -> FloatArray:
-    """Samples × (2 + joints), of links that are farther along a way; none on a foot that nobody asks of."""
-    more = way * along, rate * along, push * along
-    motion = (state.position, state.velocity, state.acceleration)
-    moved = state.moved(*(own + one[AXES:] for own, one in zip(motion, more, strict=True)))
-    if not on_foot:
-        return np.pad(present.link_torque(moved), ((0, 0), (AXES, 0)))
-    rocking = np.broadcast_to(np.stack(more)[:, :AXES], (state.position.shape[0], 3, AXES))
-    return present.foot_torque(moved, np.ascontiguousarray(rocking))

@@ -15,8 +15,8 @@ from robots.arrays import FloatArray
 from robots.description import Robot
 
 if TYPE_CHECKING:
-    from ident.effects.giving_way import Pliant
     from ident.effects.simulated import SimulatedParts, Table
+    from ident.effects.ways import Pliant
 
 OFFSET_AT_LINK = Shape("offset_at_link", "1", (1.0, 0.0), 0.0, 1.0, fixed=True)
 """Whether the model's offset is a load that passes through the gear (1) or an error of measurement (0)."""

@@ -181,7 +181,6 @@ def links_behind_gears(
     substeps: int,
     springs: FloatArray,
     straight: int,
-    least: float,
     start: FloatArray,
     found: FloatArray,
 ) -> None:
@@ -197,7 +196,6 @@ def links_behind_gears(
         substeps: per sample.
         springs: (springs, 4) stiffness, damping, half the gap, and what stiffens.
         straight: how many of them, the first, have neither of the last two.
-        least: share of an inertia that links have beside each other, at least.
         start: (springs, 3) lags and their rates at the first sample.
         found: (samples, springs, 3), is filled.
     """
@@ -211,7 +209,7 @@ def links_behind_gears(
             ahead = s / substeps
             _between(slopes, k, ahead, now)
             for i in range(count):
-                b = _rule(h, now[i, i, 2] * least, springs[i, 0], springs[i, 2])
+                b = _rule(h, now[i, i, 2], springs[i, 0], springs[i, 2])
                 end[i, 0], end[i, 1] = x[i] + h * v[i] + (0.5 * h * h - b) * a[i], v[i] + 0.5 * h * a[i]
                 end[i, 2], end[i, 3] = b, 0.5 * h
             for i in range(count):

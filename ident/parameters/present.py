@@ -13,10 +13,11 @@ from ident.effects import CurrentOffset, Effect, RigidBody, State
 from ident.effects.chain import chain_frames
 from ident.effects.family import Place
 from ident.effects.foot import links_on_a_foot, on_a_foot
-from ident.effects.giving_way import Pliant, Way, ways_of
+from ident.effects.giving_way import ways_of
 from ident.effects.placed import Placed
 from ident.effects.simulated import SimulatedParts
 from ident.effects.torque_of import torque_of
+from ident.effects.ways import Pliant, Way
 from ident.parameters.chain import chain_masses, chain_torque
 from ident.parameters.regressor import RegressorModel
 from ident.signals import low_pass_where_sampled

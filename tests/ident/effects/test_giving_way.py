@@ -12,9 +12,10 @@ from scipy.interpolate import CubicSpline
 from ident.effects import State
 from ident.effects.elastic_gear import link_inertia
 from ident.effects.foot import AXES, inertia_on_foot
-from ident.effects.giving_way import Pliant, torque_of_giving_way, torque_through_gears
+from ident.effects.giving_way import torque_of_giving_way, torque_through_gears
 from ident.effects.placed import Placed
 from ident.effects.vocabulary import family_named
+from ident.effects.ways import Pliant
 from ident.parameters.present import Present
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
@@ -203,3 +204,9 @@ def test_links_that_are_no_bodies_push_no_others() -> None:
     change = torque_of_giving_way(places_of(SETS["a foot and two gears"]), odd, STATE)
     assert np.isfinite(change).all()
     assert np.abs(change).max() < 100.0 * np.abs(KNOWN.link_torque(STATE)).max()
+
+
+def test_a_foot_that_cannot_hold_the_arm_is_no_foot() -> None:
+    """Softer than what the arm weighs on it, it would have fallen over: 10⁵⁴ N·m are nobody's."""
+    fallen = placed("base_compliance", 0, 0.02, 2.0, 0.3, 0.08)
+    assert not torque_of_giving_way(places_of((fallen,)), KNOWN, STATE).any()

@@ -1,7 +1,7 @@
 """Sets whose members change each other's columns: links that give way at several places swing as one.
 
 What a place makes of the ways of the others is in its columns, as it was when these were made. Where several
-have changed since, it is there twice: a set that fitted its own rows to 0.1 % left 4 % of the torque of others.
+have changed since, it is there twice: a set that fitted its own rows to 0.1 % left 4 % of other motion.
 """
 
 from __future__ import annotations

@@ -11,8 +11,9 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import Found
 from ident.effects import RigidBody, State
 from ident.effects.family import PlacedEffect
-from ident.effects.giving_way import Pliant, Way, ways_of
+from ident.effects.giving_way import ways_of
 from ident.effects.placed import Placed
+from ident.effects.ways import Pliant, Way
 from ident.parameters.present import Present
 from robots.arrays import FloatArray
 from robots.identity_cache import IdentityCache

@@ -20,8 +20,8 @@ from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.shapes_at_once import shapes_at_once
-from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, stands, without_effects
 from ident.discrepancy.by_evidence.decide.springs import soft_members, soft_places
+from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, stands, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
 from robots.identity_cache import IdentityCache
 

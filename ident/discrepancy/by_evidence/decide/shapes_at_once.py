@@ -1,9 +1,9 @@
 """Shapes of several members of a set fitted at once, by Gauss and Newton's steps.
 
-Where members change each other's resonances, shapes fitted one after the other creep along a ridge: after four
-rounds gears of 9 and 11 Hz were 3 % off, six times what their resonances are wide, and what that left had
-names. What a set makes of a small change of a shape is a column like any other, and the evidence says how far
-to go along all of them.
+Where members change each other's resonances, shapes fitted one after the other creep along a ridge: after
+four rounds gears of 9 and 11 Hz were 3 % off, six times what their resonances are wide, and what that left
+had names. What a set makes of a small change of a shape is a column like any other, and the evidence says how
+far to go along all of them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.rows import WhiteEffects
 from ident.discrepancy.component import inner, outer, reach
-from ident.effects.family import Shape
+from ident.effects.family import PlacedEffect, Shape
 from ident.effects.placed import ANY, Placed
 from ident.effects.state import State
 from robots.arrays import FloatArray
@@ -81,6 +81,7 @@ def _changes(problem: Problem, found: Found, number: int) -> list[_Free]:
     present, theta = present_with(problem, found, but=number), found.theta(number)[0]
     kind, at = member.candidate, member.entry.placed.shape
     made, here = [], kind.at(robot, at, present)
+    assert isinstance(here, Placed)
     for k, shape in enumerate(kind.shapes):
         if shape.fixed:
             continue
@@ -88,7 +89,7 @@ def _changes(problem: Problem, found: Found, number: int) -> list[_Free]:
         small = -small if inner(shape, at[k]) + small > inner(shape, shape.upper) else small
         other = kind.at(robot, (*at[:k], outer(shape, inner(shape, at[k]) + small), *at[k + 1 :]), present)
 
-        def law(state: State, other: Placed = other, small: float = small) -> FloatArray:
+        def law(state: State, other: PlacedEffect = other, small: float = small) -> FloatArray:
             change = (other.columns(state) - here.columns(state)) @ theta
             return np.asarray(change / small)[:, :, np.newaxis]
 
@@ -124,8 +125,8 @@ def _moved(
         placed = own.candidate.at(problem.prepared.robot, shape, problem.present)
         volume = _volume(own, number, free, widths)
         members[number] = Member(replace(own.entry, placed=placed), volume)
-    members = as_one(problem, replace(found, members=tuple(members))).members
-    return found_set(problem, members, found.level, range(problem.rows.n))
+    made = as_one(problem, replace(found, members=tuple(members)))
+    return found_set(problem, made.members, found.level, range(problem.rows.n))
 
 
 def _volume(member: Member, number: int, free: Sequence[_Free], widths: FloatArray) -> float:

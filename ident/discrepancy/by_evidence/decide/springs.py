@@ -1,11 +1,10 @@
 """Gears that give way, all at once: what each one's spring carries was measured.
 
-A gear that is fitted alone takes a resonance that several make for its own (7.3 Hz, one of 9 beside one of 11),
-and beside it no other shows. But the torque T that goes through a gear was measured, but for what its drive
-takes itself, so links lag behind it by c T - c² D Ṫ with its compliance c and damping D, whatever else is soft,
-and the torques of the links change by their slopes along that lag. This is linear in c and c² D of all gears at
-once, and no resonance is guessed. What goes through a foot nothing measures: it is tried with each of its
-shapes beside all gears.
+A gear that is fitted alone takes a resonance that several make for its own (7.3 Hz, one of 9 beside one of
+11 Hz), and beside it no other shows. But the torque T through a gear was measured, all but what its drive
+takes itself: with a compliance c and damping D links lag behind it by c T - c² D Ṫ whatever else is soft, and
+their torques change by the slopes along that lag. This is linear in c and c² D of all gears at once, and no
+resonance is guessed. What goes through a foot nothing measures: it is tried with its shapes beside all gears.
 """
 
 from __future__ import annotations
@@ -26,9 +25,11 @@ from ident.effects.elastic_gear import link_inertia
 from ident.effects.moved_links import slopes_of_links
 from ident.signals import low_pass
 from robots.arrays import BoolArray, FloatArray
+from robots.description import Robot
 
-_PASSED = 0.4
-"""Of the filter's cut-off: a lag's acceleration has noise of the torque in it times its frequency squared."""
+_PASSED = (0.2, 0.4)
+"""Of the filter's cut-off, that rows and lags pass: a lag's acceleration has noise of the torque in it times
+its frequency squared, of which a soft gear bears less; what a stiff one does lies higher."""
 _ORDER = 4
 _ROUNDS = 8
 """Of what is left at each joint, by which its rows count."""
@@ -70,18 +71,21 @@ def soft_places(problem: Problem, found: Found, entries: Sequence[Entry]) -> lis
     gears = list(dict.fromkeys(one.candidate for one in soft if one.candidate.place.joints))
     if not gears:
         return []
-    fit = _Fit.of(problem, found, gears)
-    springs, _ = fit.springs()
-    begun = [springs[:count] for count in range(2, 1 + min(_MOST, len(springs)))]
-    sets = [_begun(problem, found, some) for some in begun]
+    sets = []
+    for passed in _PASSED:
+        fit = _Fit.of(problem, found, gears, passed)
+        springs, _ = fit.springs()
+        sets += [_begun(problem, found, springs[:count]) for count in range(2, 1 + min(_MOST, len(springs)))]
     feet = [one for one in soft if not one.candidate.place.joints]
     if springs and feet:
         beside = [fit.springs(one) for one in feet]
-        best = int(np.argmin([left for _, left in beside]))
-        springs = beside[best][0]
-        sets += [_begun(problem, found, springs[:count], feet[best]) for count in range(1, min(_MOST, 1 + len(springs)))]
+        likeliest = int(np.argmin([left for _, left in beside]))
+        springs, foot = beside[likeliest][0], feet[likeliest]
+        counts = range(1, min(_MOST, 1 + len(springs)))
+        sets += [_begun(problem, found, springs[:count], foot) for count in counts]
     best = max(sets, key=lambda one: one.log_posterior, default=found)
-    return [] if best.log_posterior <= found.log_posterior else [shapes_at_once(problem, best, soft_members(best))]
+    better = best.log_posterior > found.log_posterior
+    return [shapes_at_once(problem, best, soft_members(best))] if better else []
 
 
 def soft_members(found: Found) -> list[int]:
@@ -135,16 +139,18 @@ class _Fit:
     target: FloatArray
 
     @classmethod
-    def of(cls, problem: Problem, found: Found, gears: Sequence[Candidate]) -> _Fit:
+    def of(cls, problem: Problem, found: Found, gears: Sequence[Candidate], passed: float) -> _Fit:
         rows, robot = problem.rows, problem.prepared.robot
         drives = [one.place.joints[0] for one in gears]
         inertia = np.array([link_inertia(robot, drive) for drive in drives])
         units = 1.0 / (inertia * (2.0 * np.pi * _HZ) ** 2)
-        cutoff = _PASSED * robot.identification.cutoff_hz
+        cutoff = passed * robot.identification.cutoff_hz
         present = present_with(problem, found)
         lags = [_lags(part, robot, present, drives, units, cutoff) for part in rows.prepared.parts]
         fit = cls(problem, gears, units, cutoff, _free(np.concatenate(lags)), np.zeros((0, 0)))
-        known = _Columns(fit.filtered(rows.known.columns), np.zeros(rows.known.precision.size), rows.known.precision)
+        known = _Columns(
+            fit.filtered(rows.known.columns), np.zeros(rows.known.precision.size), rows.known.precision
+        )
         for one in found.members:
             if not is_soft(one.entry):
                 known = known.beside(fit.of_entry(one.entry))
@@ -155,7 +161,9 @@ class _Fit:
         """Filtered columns of an effect, in units of its scales."""
         scale = np.array(entry.placed.scale)
         rows = self.filtered(self.problem.rows.thin(entry.placed) * scale)
-        return _Columns(rows, np.array(entry.placed.centre or np.zeros(scale.size)) / scale, np.ones(scale.size))
+        return _Columns(
+            rows, np.array(entry.placed.centre or np.zeros(scale.size)) / scale, np.ones(scale.size)
+        )
 
     def filtered(self, columns: FloatArray) -> FloatArray:
         """Rows × joints × k through the filter that lags have passed."""
@@ -194,12 +202,12 @@ def _step(part: Part) -> float:
 
 
 def _lags(
-    part: Part, robot, present: PresentWith, drives: Sequence[int], units: FloatArray, cutoff: float
+    part: Part, robot: Robot, present: PresentWith, drives: Sequence[int], units: FloatArray, cutoff: float
 ) -> FloatArray:
     """Rows × joints × 2 of each gear: by its compliance, and by what damping takes off."""
     state, step = part.other, _step(part)
     measured = state if state.measured is None else state.measured
-    back = np.linalg.inv(robot.transmission_matrix)[:, drives]
+    back = np.asarray(np.linalg.inv(robot.transmission_matrix)[:, drives], dtype=np.float64)
     carried = (np.asarray(state.torque) - present.own_torque(measured)) @ back
     rates = [low_pass(carried, cutoff, step, _ORDER) * units]
     for _ in range(3):
@@ -220,7 +228,9 @@ def _solved(columns: _Columns, target: FloatArray, used: BoolArray) -> tuple[Flo
     for _ in range(_ROUNDS):
         normal = np.diag(columns.precision) + sum(p[0] / v for p, v in zip(products, left, strict=True))
         normal += np.diag(_FLAT * np.diag(normal))
-        right = columns.precision * columns.expected + sum(p[1] / v for p, v in zip(products, left, strict=True))
+        right = columns.precision * columns.expected + sum(
+            p[1] / v for p, v in zip(products, left, strict=True)
+        )
         value = np.linalg.solve(normal, right)
         left = [
             max((square - 2.0 * value @ p + value @ m @ value) / count, _FLAT * square / count, _FLAT)
