@@ -50,12 +50,11 @@ def _gives_way(member: Member) -> bool:
 
 
 def _made_anew(problem: Problem, found: Found) -> Found:
-    members = [
-        member_of(
-            problem, one.candidate, one.entry.placed.shape, present_with(problem, found, but=k), one.volume
-        )
-        if _gives_way(one)
-        else one
-        for k, one in enumerate(found.members)
-    ]
+    members = list(found.members)
+    for number, one in enumerate(found.members):
+        if _gives_way(one):
+            present = present_with(problem, found, but=number)
+            shape = one.entry.placed.shape
+            members[number] = member_of(problem, one.candidate, shape, present, one.volume)
+            present.forget()
     return found_set(problem, members, found.level, ())

@@ -65,9 +65,7 @@ def kept(
 
     Of the rows that were fitted each member has so many nats.
     """
-    monkeypatch.setattr(
-        module, "found_set", lambda problem, members, level, joints: _Set(tuple(members), fitted)
-    )
+    monkeypatch.setattr(module, "part_of", lambda problem, found, members: _Set(tuple(members), fitted))
 
     def without(found: _Set, number: int) -> Any:
         """The first in the alphabet is what the rows speak for most clearly."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ident.discrepancy.by_evidence.decide import as_one
 from ident.discrepancy.by_evidence.decide import search as module
 from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
@@ -56,7 +57,8 @@ def test_what_shapes_were_fitted_beside_keeps_no_motion(monkeypatch: pytest.Monk
             beside.append(model)
         return model
 
-    monkeypatch.setattr(module, "present_with", noted)
+    for one in (module, as_one):
+        monkeypatch.setattr(one, "present_with", noted)
 
     def hidden(position: np.ndarray) -> np.ndarray:
         speed = np.gradient(position)
