@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from ident.closed_loop.at_once import at_once
-from ident.discrepancy.by_evidence.decide.as_one import beside_the_others, part_of
+from ident.discrepancy.by_evidence.decide.as_one import beside_the_others, member_of, part_of
 from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
@@ -158,9 +158,8 @@ class Search:
     def _remade(self, member: Member, present: PresentWith) -> Member:
         """A leader with columns that are made of the model with everything that is found."""
         old = member.entry
-        placed = old.candidate.at(self.problem.prepared.robot, old.placed.shape, present)
-        white = self.problem.rows.effect(placed)
-        return Member(Entry(old.candidate, placed, white), member.volume) if white.there else member
+        made = member_of(self.problem, old.candidate, old.placed.shape, present, member.volume)
+        return made if made.entry.white.there else member
 
     def _pairs(self, found: Found, leaders: Sequence[Member]) -> list[Found]:
         return [
@@ -188,13 +187,14 @@ class Search:
 
     def _refitted(self, found: Found) -> tuple[Found, PresentWith]:
         """Columns made of the model with the rest of the set, shapes one after the other, κ of all joints."""
-        as_one = soft_members(found) if len(soft_members(found)) > 1 else []
+        soft = soft_members(found)
+        together = soft if len(soft) > 1 else []
         for _ in range(2):
             for number in range(len(found.members)):
-                if number not in as_one:
+                if number not in together:
                     found = beside_the_others(self.problem, found, number)
-            if as_one:
-                found = shapes_at_once(self.problem, found, as_one)
+            if together:
+                found = shapes_at_once(self.problem, found, together)
         found = found_set(self.problem, found.members, found.level, range(self.problem.rows.n))
         return self._seen(found), present_with(self.problem, found)
 
