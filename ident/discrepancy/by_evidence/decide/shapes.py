@@ -171,8 +171,12 @@ class _Search:
             at_limit = min(point[index] - low, high - point[index]) < _AT_LIMIT * step
             width = step / drop if at_limit else np.sqrt(2.0 * np.pi) * step / np.sqrt(drop)
             volume += float(np.log(min(1.0, width / (high - low))))
-        fixed = [len(s.grid) for s in self.candidate.shapes if s.fixed]
-        return volume - float(np.log(fixed).sum()) if fixed else volume
+        return volume - log_number(self.candidate)
+
+
+def log_number(kind: Candidate) -> float:
+    """Log of how many values fixed shapes have: each was as likely before any data."""
+    return float(np.log([len(shape.grid) for shape in kind.shapes if shape.fixed]).sum())
 
 
 def _within(start: FloatArray, steps: FloatArray, limits: Sequence[tuple[float, float]]) -> FloatArray:

@@ -16,6 +16,7 @@ import numpy as np
 from ident.discrepancy.by_evidence.decide.as_one import as_one
 from ident.discrepancy.by_evidence.decide.present_with import present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
+from ident.discrepancy.by_evidence.decide.shapes import log_number
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set
 from ident.discrepancy.by_evidence.evidence.gram import Gram
 from ident.discrepancy.by_evidence.evidence.rows import WhiteEffects
@@ -136,5 +137,4 @@ def _volume(member: Member, number: int, free: Sequence[_Free], widths: FloatArr
         for one, width in zip(free, widths, strict=True)
         if one.number == number
     ]
-    fixed = [len(shape.grid) for shape in member.candidate.shapes if shape.fixed]
-    return float(np.log(np.minimum(own, 1.0)).sum() - np.log(fixed).sum())
+    return float(np.log(np.minimum(own, 1.0)).sum()) - log_number(member.candidate)
