@@ -55,7 +55,7 @@ FIGURES = (
     Figure(f"{_BY}evidence/expected_motion", "_ORDER", "8 half octaves; order 4"),
     Figure(f"{_BY}decide/springs", "_PASSED", "0.2 and 0.4 of the filter's cut-off"),
     Figure(f"{_BY}decide/springs", "_MOST", "up to three places"),
-    Figure("effects/giving_way", "_FARTHEST", "farther than 1 rad"),
+    Figure("effects/gear_state", "_FARTHEST", "farther than 1 rad"),
     Figure("effects/gear_state", "FORGOTTEN", "record's ends forgotten after | 3 s"),
     Figure(f"{_BY}evidence/known", "LAG", "50 µs"),
     Figure(f"{_BY}evidence/known", "LAG_OF_JOINT", "30 µs"),

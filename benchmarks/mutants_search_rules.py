@@ -1760,10 +1760,10 @@ RULES = (
     ),
     Broken(
         "links that fly apart are no links that give way",
-        "ident/effects/giving_way.py",
-        "if not np.abs(found[..., 0]).max() <= _FARTHEST:",
-        "if False:",
-        ("tests/ident/effects/test_giving_way.py",),
+        "ident/effects/gear_state.py",
+        "return ways if np.abs(farthest).max() <= _FARTHEST else np.zeros_like(ways)",
+        "return ways",
+        ("tests/ident/effects/test_giving_way.py", "tests/ident/effects/test_gear_state.py"),
     ),
 )
 """With what is broken of each."""

@@ -31,6 +31,9 @@ PARTS = 4
 FORGOTTEN = 3.0
 """s after which a link has no state of its own any more: the slowest one on a gear that is looked for, of 6
 Hz and damped by 0.08, has come down to e⁻⁹."""
+_FARTHEST = 1.0
+"""rad (or m). What goes farther has fallen over or swings on and on, which no arm that was recorded does: it
+is as if nothing gave way."""
 _FALLS = 9.0
 """So many time constants, of one that is damped less and in a motion that repeats."""
 
@@ -61,6 +64,11 @@ def finer(inertia: FloatArray, loads: FloatArray, state: State | None = None) ->
     felt[0] = np.clip(between(inertia[:, np.newaxis], state)[0][0], inertia.min(), inertia.max())
     felt[1 : 1 + points.shape[0]] = points
     return Course(felt, before, state is not None and state.repeats)
+
+
+def unless_too_far(ways: FloatArray, farthest: FloatArray) -> FloatArray:
+    """Ways of links; none where the farthest is more than an arm's, or is no number any more."""
+    return ways if np.abs(farthest).max() <= _FARTHEST else np.zeros_like(ways)
 
 
 def between(series: FloatArray, state: State | None) -> tuple[FloatArray, int]:
@@ -114,6 +122,7 @@ class Gear:
         for _ in range(int(needed / lead) if repeats and before else 0):
             state = run(felt[:, : recorded + 1], state)[:, -1].copy()
         found = run(felt[:, first:], state)[:, recorded - first :: PARTS]
+        found = unless_too_far(found, found[0])
         if carried is None or repeats or not before or needed <= lead or not self.is_linear:
             return found
         force = np.array([self.stiffness, self.damping, 0.0])

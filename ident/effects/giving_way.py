@@ -22,16 +22,13 @@ import numpy as np
 from ident.effects.family import PresentModel
 from ident.effects.felt import Course, felt
 from ident.effects.foot import AXES
-from ident.effects.gear_state import PARTS
+from ident.effects.gear_state import PARTS, unless_too_far
 from ident.effects.state import State
 from ident.effects.ways import Pliant, Way
 from robots.arrays import FloatArray
 
 _SEEN = 1e-3
 """Of the largest: how links began is not asked of what springs carry less of."""
-_FARTHEST = 1.0
-"""rad (or m). What goes farther has fallen over or swings on and on, which no arm that was recorded does: it
-is as if nothing gave way."""
 
 
 def torque_of_giving_way(own: Sequence[Pliant], present: PresentModel, state: State) -> FloatArray:
@@ -63,8 +60,7 @@ def ways_of(places: Sequence[Pliant], present: PresentModel, state: State) -> tu
     found = links.swing(state.repeats)
     if not state.repeats and links.rings and state.torque is not None:
         found += links.as_carried(found, _carried(links.places, present, state))
-    if not np.abs(found[..., 0]).max() <= _FARTHEST:  # nor where it is no number any more
-        found = np.zeros_like(found)
+    found = unless_too_far(found, found[..., 0])
     ways = np.ascontiguousarray(found.transpose(1, 2, 0))
     made = [Way(*one) for one in zip(links.places, ways, links.course.slopes, strict=True)]
     return tuple(made[order.index(k)] for k in range(len(places)))

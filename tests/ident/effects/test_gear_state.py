@@ -153,3 +153,11 @@ def test_a_model_that_is_no_bodys_moves_no_link_from_flank_to_flank() -> None:
     for gap in (0.0, 0.002):
         lag = lag_of_link(inertia, LOAD, STEP, Gear(stiffness, 0.02 * stiffness / 250.0, gap))[0]
         assert np.abs(lag).max() < 10.0 * (np.abs(LOAD).max() / stiffness + gap)
+
+
+def test_a_link_whose_swing_is_no_number_any_more_does_not_give_way() -> None:
+    """A spring that stiffens a thousand times within samples of 8 ms swings faster than its steps follow."""
+    stiffness, damping = gear(12.0, 0.08)
+    stiffens = Gear(stiffness, damping, cubic=1e9 * stiffness)
+    load = 4.0 * LOAD[::8]
+    assert not lag_of_link(np.full_like(load, INERTIA), load, 8 * STEP, stiffens).any()
