@@ -1753,9 +1753,9 @@ RULES = (
     ),
     Broken(
         "what springs carry shows several soft gears at once",
-        f"{_BY}decide/springs.py",
-        "    if not gears:\n",
-        "    if gears:\n",
+        f"{_BY}decide/soft_places.py",
+        "        if not gears:\n",
+        "        if gears:\n",
         ("tests/ident/discrepancy/by_evidence/test_springs.py",),
     ),
     Broken(

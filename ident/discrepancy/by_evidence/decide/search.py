@@ -20,7 +20,7 @@ from ident.discrepancy.by_evidence.decide.scanned import scanned
 from ident.discrepancy.by_evidence.decide.screening import Screened, screen, with_all_forms
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.shapes_at_once import shapes_at_once
-from ident.discrepancy.by_evidence.decide.springs import soft_members, soft_places
+from ident.discrepancy.by_evidence.decide.soft_places import SoftPlaces, soft_members
 from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, stands, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
 from robots.identity_cache import IdentityCache
@@ -94,6 +94,11 @@ class Search:
         """Motion all over the travel."""
         return Elsewhere.of(self.problem)
 
+    @cached_property
+    def soft_places(self) -> SoftPlaces:
+        """Sets in which links give way at several places."""
+        return SoftPlaces(self.problem)
+
     def run(self) -> Searched:
         """Until no set is better."""
         problem = self.problem
@@ -134,7 +139,7 @@ class Search:
             forms.setdefault(sets[k].members[-1].candidate.key, sets[k].members[-1])
         last = list(forms.values())
         sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
-        sets += map(self._seen, soft_places(self.problem, found, entries))
+        sets += map(self._seen, self.soft_places.beside(found, entries))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 

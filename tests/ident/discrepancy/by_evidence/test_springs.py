@@ -17,7 +17,7 @@ from ident.discrepancy.by_evidence.decide.present_with import present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.search import Search
 from ident.discrepancy.by_evidence.decide.shapes_at_once import shapes_at_once
-from ident.discrepancy.by_evidence.decide.springs import soft_places
+from ident.discrepancy.by_evidence.decide.soft_places import SoftPlaces
 from ident.discrepancy.by_evidence.decide.state import Found, found_set, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Entry, candidates, library
 from ident.discrepancy.by_evidence.workflow import posed
@@ -52,7 +52,7 @@ def problem(*drives: int) -> tuple[Problem, tuple[Entry, ...]]:
 def both() -> Found:
     """The set that soft gears of drives 2 and 3 are found in."""
     made, entries = problem(2, 3)
-    (found,) = soft_places(made, without_effects(made), entries)
+    (found,) = SoftPlaces(made).beside(without_effects(made), entries)
     return found
 
 
