@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from threading import Lock
-
 import numpy as np
 import pinocchio
 
 from robots.arrays import FloatArray
-
-_ONE_AT_A_TIME = Lock()
-"""Joints of models that two threads asked at once ended the process (a segmentation fault in ``calc``)."""
 
 
 def chain_frames(model: pinocchio.Model) -> FloatArray | None:
@@ -26,8 +21,7 @@ def chain_frames(model: pinocchio.Model) -> FloatArray | None:
     for row, joint, placement in zip(
         frames, list(model.joints)[1:], list(model.jointPlacements)[1:], strict=True
     ):
-        with _ONE_AT_A_TIME:
-            linear, angular = _axis(joint)
+        linear, angular = _axis(joint, joints)
         turns = bool(angular.any())
         axis = angular if turns else linear
         along = np.outer(axis, axis)
@@ -43,9 +37,13 @@ def chain_frames(model: pinocchio.Model) -> FloatArray | None:
     return frames
 
 
-def _axis(joint: pinocchio.JointModel) -> tuple[FloatArray, FloatArray]:
-    """The motion (linear, angular), 3 each, of one unit of joint speed."""
+def _axis(joint: pinocchio.JointModel, joints: int) -> tuple[FloatArray, FloatArray]:
+    """The motion (linear, angular), 3 each, of one unit of joint speed.
+
+    A joint takes its own of the values of all: given its own alone, it reads what is behind them in memory,
+    and where that is nobody's the process ends.
+    """
     data = joint.createData()
-    joint.calc(data, np.zeros(joint.nq), np.zeros(joint.nv))
+    joint.calc(data, np.zeros(joints), np.zeros(joints))
     motion = np.array(data.S, dtype=np.float64).reshape(6)  # a copy: the data are gone behind the return
     return motion[:3], motion[3:]

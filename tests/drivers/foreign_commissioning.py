@@ -61,7 +61,7 @@ def write_plant(robot: Robot, path: Path, load: float = 0.0) -> Path:
         if number == 0:
             continue  # the world
         turned = joint.createData()
-        joint.calc(turned, np.array([np.pi / 2]), np.zeros(1))
+        joint.calc(turned, np.full(model.nq, np.pi / 2), np.zeros(model.nv))
         mass = body.mass + (load if number == TOOL else 0.0)
         numbers += [place.rotation, place.translation, turned.S[3:], mass, body.lever]
     to_joints = np.linalg.inv(robot.transmission_matrix)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pinocchio
 import pytest
 
+from drivers.simulated.physics.chain import chain_of
 from ident.effects.chain import chain_frames
 from ident.parameters.newton_euler import BLOCK, torque_along
 from robots.arrays import FloatArray
@@ -69,3 +74,30 @@ def test_an_angle_may_be_many_turns_and_lie_on_any_quarter() -> None:
         links[0, lever] = 1.0
         torque = torque_along(frames, links, np.array([0.0, -1.0, 0.0]), angles, still, still)
         np.testing.assert_allclose(torque, expected, rtol=0.0, atol=3e-16)
+
+
+class Asked:
+    """A joint that tells whether its own values are among those that it gets."""
+
+    def __init__(self, joint: pinocchio.JointModel, told: list[bool]) -> None:
+        self.joint, self.told = joint, told
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self.joint, name)
+
+    def calc(self, data: object, position: FloatArray, velocity: FloatArray) -> None:
+        self.told.append(position.size > self.joint.idx_q and velocity.size > self.joint.idx_v)
+        self.joint.calc(data, position, velocity)
+
+
+@pytest.mark.parametrize("frames_of", [chain_frames, lambda model: chain_of(model, np.zeros(3))])
+def test_a_joint_is_asked_with_the_values_of_all(frames_of: Callable[[Any], object]) -> None:
+    """With its own alone it reads behind them in memory: long campaigns ended without a word."""
+    model, told = chain(np.random.default_rng(0), list(JOINTS)), list[bool]()
+    seen = SimpleNamespace(
+        **{name: getattr(model, name) for name in ("njoints", "nq", "nv", "parents", "jointPlacements")},
+        joints=[Asked(joint, told) for joint in model.joints],
+        inertias=model.inertias,
+    )
+    assert frames_of(seen) is not None
+    assert told == [True] * len(JOINTS)

@@ -80,7 +80,8 @@ def _axis(model: pin.Model, joint: int) -> tuple[bool, FloatArray]:
     """Whether a joint slides, and its unit axis in its own frame."""
     kind = model.joints[joint]
     data = kind.createData()
-    kind.calc(data, np.zeros(kind.nq), np.zeros(kind.nv))
+    # Each joint takes its own of the values of all, by its place among them.
+    kind.calc(data, np.zeros(model.nq), np.zeros(model.nv))
     motion = np.asarray(data.S).reshape(6)
     slides = bool(np.linalg.norm(motion[:3]) > 0.5)
     return slides, motion[:3] if slides else motion[3:]
