@@ -17,7 +17,8 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.shapes_at_once import shapes_at_once
 from ident.discrepancy.by_evidence.decide.springs import Columns, Spring, SpringFit
 from ident.discrepancy.by_evidence.decide.state import Found, found_set
-from ident.discrepancy.by_evidence.library.candidates import Entry
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
+from ident.effects.family import Place
 
 _PASSED = (0.2, 0.4)
 """Of the filter's cut-off, that rows and lags pass: a lag's acceleration has noise of the torque in it times
@@ -46,7 +47,7 @@ class SoftPlaces:
             entries: the vocabulary with its grids.
         """
         soft = [one for one in entries if is_soft(one)]
-        gears = list(dict.fromkeys(one.candidate for one in soft if one.candidate.place.joints))
+        gears = _gears(soft)
         if not gears:
             return []
         sets, problem = [], self.problem
@@ -83,6 +84,15 @@ def is_soft(entry: Entry) -> bool:
     """Whether links give way with it in proportion to what it carries."""
     places = entry.placed.gives_way
     return bool(places) and all(one.gear.is_linear for one in places)
+
+
+def _gears(soft: Sequence[Entry]) -> list[Candidate]:
+    """Of each place the first form, which has no shapes but its own compliance and damping."""
+    first: dict[Place, Candidate] = {}
+    for one in soft:
+        if one.candidate.place.joints:
+            first.setdefault(one.candidate.place, one.candidate)
+    return list(first.values())
 
 
 def _begun(problem: Problem, found: Found, springs: Sequence[Spring], foot: Entry | None = None) -> Found:
