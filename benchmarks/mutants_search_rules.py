@@ -1765,19 +1765,5 @@ RULES = (
         "return ways",
         ("tests/ident/effects/test_giving_way.py", "tests/ident/effects/test_gear_state.py"),
     ),
-    Broken(
-        "links follow what other periods' torque carries, never a sample's own",
-        "ident/effects/elastic_gear.py",
-        "if followed and state.others and state.torque is not None:",
-        "if followed and state.torque is not None:",
-        ("tests/ident/effects/test_followed_gear.py",),
-    ),
-    Broken(
-        "a link that rings is brought to what its spring carries",
-        "ident/effects/gear_state.py",
-        "felt[1] += damper / self.stiffness * rate",
-        "felt[1] += 0.0 * damper / self.stiffness * rate",
-        ("tests/ident/effects/test_followed_gear.py",),
-    ),
 )
 """With what is broken of each."""

@@ -76,7 +76,6 @@ def motion_of_others(state: State, period: int) -> State:
         acceleration=others_mean(state.acceleration, period),
         torque=None if torque is None else others_mean(torque, period),
         asked=None if asked is None else asked.then(lambda made: others_mean(made, period)),
-        others=True,
     )
 
 

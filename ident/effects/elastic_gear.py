@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pinocchio
 
 from ident.effects.family import Place, PresentModel, Shape
 from ident.effects.foot import AXES
-from ident.effects.gear_state import FORGOTTEN, PARTS, Course, Gear, between, finer
+from ident.effects.gear_state import FORGOTTEN, Course, Gear, finer
 from ident.effects.giving_way import torque_of_giving_way
 from ident.effects.moved_links import slopes_of_links
 from ident.effects.placed import (
@@ -46,11 +44,6 @@ _ABOUT_ONE = (0.1,)
 """Deviation of that factor: what links that are known to a tenth leave of it."""
 _LEAST = 0.01
 """Of the described inertia of the links at home: an arm that folds has more."""
-
-_FOLLOWING = Shape("followed", "1", (0.2,), 0.05, 0.5, True)
-"""By which links are brought to what their spring carries. Of a gear of 9 Hz along moves from posture to
-posture the rows had 330 nats more with 0.2 than without, 80 less than that with 0.5; of links that the motion
-drives all the time the form without it is the likelier one."""
 
 _AT_HOME: IdentityCache[FloatArray] = IdentityCache()
 """Every effect of a gear with every shape asks for these."""
@@ -91,19 +84,8 @@ def behind_gear(robot: Robot, drive: int, gear: Gear, offset_at_link: float = 1.
     return Pliant(along, gear, link_inertia(robot, drive), offset=offset_at_link)
 
 
-def gear_columns(
-    robot: Robot, drive: int, present: PresentModel, place: Pliant, followed: float = 0.0
-) -> Law:
-    """Torque of links that follow through the gear less that of links that follow rigidly.
-
-    Args:
-        robot: the arm.
-        drive: from 0.
-        present: the model that links are of.
-        place: behind the drive's gear.
-        followed: how much a link alone is brought to what its spring is seen to carry
-            (:meth:`ident.effects.gear_state.Gear.following`).
-    """
+def gear_columns(robot: Robot, drive: int, present: PresentModel, place: Pliant) -> Law:
+    """Torque of links that follow through the gear less that of links that follow rigidly."""
     back, gear, offset_at_link = -place.along[AXES:], place.gear, place.offset
     described = place.described
     rings = gear.is_linear and gear.rings_for(described) > FORGOTTEN
@@ -132,19 +114,10 @@ def gear_columns(
             """(samples,) through the gear: what was measured, less what the drive takes for itself."""
             return drive_torque(robot, np.asarray(state.torque) - present.own_torque(state), drive)
 
-        step = float(state.time[1] - state.time[0])
-
-        def rate() -> FloatArray:
-            """(finer samples,) of that torque."""
-            return np.asarray(np.gradient(between(carried()[:, np.newaxis], state)[0][0], step / PARTS))
-
         fine = state.once(present, (drive, offset_at_link), course)
+        step = float(state.time[1] - state.time[0])
         # The link lags behind a drive that pushes it.
-        if followed and state.others and state.torque is not None:  # never its own noise
-            led, fine = gear.following(fine, state.once(present, ("carried", drive), rate), followed)
-            lag = led.lag(fine, step)
-        else:
-            lag = gear.lag(fine, step, None if state.torque is None else carried)
+        lag = gear.lag(fine, step, None if state.torque is None else carried)
         change = -slopes.torque(lag)[:, :, np.newaxis]
         # What a spring makes of a filtered motion is filtered; impacts are not.
         return as_positions_show(robot, state, change) if gear.gap > 0.0 else change
@@ -155,10 +128,10 @@ def gear_columns(
 def _elasticity(
     robot: Robot, place: Place, shape: tuple[float, ...], present: PresentModel
 ) -> tuple[Parameters, Law, Parts]:
-    drive, (compliance, damping_ratio, *followed) = place.joints[0], shape
+    drive, (compliance, damping_ratio) = place.joints[0], shape
     damping = 2 * damping_ratio * float(np.sqrt(link_inertia(robot, drive) / compliance))
     behind = behind_gear(robot, drive, Gear(1.0 / compliance, damping))
-    law = gear_columns(robot, drive, present, behind, *followed)
+    law = gear_columns(robot, drive, present, behind)
 
     def parts(values: FloatArray) -> SimulatedParts:
         return SimulatedParts(springs=(GearSpring(drive, compliance * float(values[0]), damping),))
@@ -210,7 +183,7 @@ def _gap_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
     )
 
 
-_OF_MOTION = Family(
+JOINT_ELASTICITY = Family(
     "joint_elasticity",
     "a gear that gives way, so that the link follows late and may ring",
     "drive",
@@ -238,18 +211,8 @@ _OF_MOTION = Family(
         " move rigidly with the drive. The factor of that torque, `elasticity`, is 1 where the "
         "shape is right"
     ),
+    row=110,
 )
-_FOLLOWED = replace(
-    _OF_MOTION,
-    sentence="a gear that gives way and rings, as what it carries shows",
-    shapes_of=lambda robot, place: (*_elastic_shapes(robot, place), _FOLLOWING),
-    equation=(
-        "the same, the links brought to what their spring is seen to carry: one that is hardly damped rings"
-        " on from posture to posture, and an inertia that is a little wrong soon has it where it is not."
-        " `followed` is the ratio to critical by which it is"
-    ),
-)
-JOINT_ELASTICITY = replace(_OF_MOTION, row=110, forms=(_FOLLOWED,))
 BACKLASH = Family(
     "backlash",
     "play in the gear: the link is free between the flanks",

@@ -14,7 +14,7 @@ sits on the drive, so the drive's motion is what was measured, and x follows fro
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -130,22 +130,6 @@ class Gear:
         rings = np.stack([run(free, one)[:, ::PARTS] for one in self._free(free[:, 0])])
         sizes = np.linalg.lstsq((force @ rings).T, carried() - force @ found, rcond=None)[0]
         return np.asarray(found + np.tensordot(sizes, rings, 1))
-
-    def following(self, course: Course, rate: FloatArray, ratio: float) -> tuple[Gear, Course]:
-        """The same link, its rate brought to what its spring is seen to carry, as by a damper between both.
-
-            m ẍ + c ẋ + k x + F(x, ẋ) + 2 ζ √(K m) (ẋ − Ṫ/K) = τ
-
-        Args:
-            course: of the load.
-            rate: (finer samples,) Ṫ, of the torque through the gear.
-            ratio: ζ.
-        """
-        inertia = float(np.median(course.felt[0, ::PARTS]))
-        damper = 2.0 * ratio * float(np.sqrt(self.stiffness * inertia))
-        felt = course.felt.copy()
-        felt[1] += damper / self.stiffness * rate
-        return replace(self, damping=self.damping + damper), course._replace(felt=felt)
 
     @property
     def spring(self) -> tuple[float, float, float, float]:

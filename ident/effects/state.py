@@ -46,8 +46,6 @@ class State:
     only against it. ``load`` is a known body that the arm carries meanwhile: the gears feel it, too. A motion
     that repeats does so after ``period`` samples. Of a motion that was simulated ``measured`` is the one that
     was recorded, at the same instants. ``asked`` is the torque before the filter that ``torque`` has passed.
-    ``others`` says that motion and torque are those of the same phase in other periods: no sample's own noise
-    is in them.
     """
 
     position: FloatArray
@@ -59,7 +57,6 @@ class State:
     period: int | None = None
     measured: State | None = None
     asked: Asked | None = None
-    others: bool = False
     _made: IdentityCache[Any] = field(init=False, default_factory=lambda: IdentityCache(8), compare=False)
 
     def once(self, model: object, key: Hashable, make: Callable[[], Made]) -> Made:
@@ -76,8 +73,7 @@ class State:
         period = None if self.period is None else self.period // (kept.step or 1)
         measured = None if self.measured is None else self.measured.part(kept)
         asked = None if self.asked is None else self.asked.then(lambda made: np.ascontiguousarray(made[kept]))
-        motion = (position, velocity, acceleration)
-        return State(*motion, time, torque, self.load, period, measured, asked, self.others)
+        return State(position, velocity, acceleration, time, torque, self.load, period, measured, asked)
 
     def with_torque(self, torque: FloatArray) -> State:
         """The same motion with another torque."""

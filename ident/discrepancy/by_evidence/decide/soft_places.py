@@ -17,8 +17,7 @@ from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.shapes_at_once import shapes_at_once
 from ident.discrepancy.by_evidence.decide.springs import Columns, Spring, SpringFit
 from ident.discrepancy.by_evidence.decide.state import Found, found_set
-from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
-from ident.effects.family import Place
+from ident.discrepancy.by_evidence.library.candidates import Entry
 
 _PASSED = (0.2, 0.4)
 """Of the filter's cut-off, that rows and lags pass: a lag's acceleration has noise of the torque in it times
@@ -47,7 +46,7 @@ class SoftPlaces:
             entries: the vocabulary with its grids.
         """
         soft = [one for one in entries if is_soft(one)]
-        gears = _gears(soft)
+        gears = list(dict.fromkeys(one.candidate for one in soft if one.candidate.place.joints))
         if not gears:
             return []
         sets, problem = [], self.problem
@@ -84,15 +83,6 @@ def is_soft(entry: Entry) -> bool:
     """Whether links give way with it in proportion to what it carries."""
     places = entry.placed.gives_way
     return bool(places) and all(one.gear.is_linear for one in places)
-
-
-def _gears(soft: Sequence[Entry]) -> list[Candidate]:
-    """Of each place the first form, which has no shapes but its own compliance and damping."""
-    first: dict[Place, Candidate] = {}
-    for one in soft:
-        if one.candidate.place.joints:
-            first.setdefault(one.candidate.place, one.candidate)
-    return list(first.values())
 
 
 def _begun(problem: Problem, found: Found, springs: Sequence[Spring], foot: Entry | None = None) -> Found:
