@@ -139,7 +139,7 @@ class Search:
             forms.setdefault(sets[k].members[-1].candidate.key, sets[k].members[-1])
         last = list(forms.values())
         sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
-        sets += map(self._seen, self.soft_places.beside(found, entries))
+        sets += map(self._seen, self.soft_places.beside(found, entries, present))
         best = max(sets, key=lambda one: one.log_posterior, default=None)
         return best if best is not None and best.log_posterior > found.log_posterior else None
 

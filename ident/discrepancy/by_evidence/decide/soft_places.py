@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from ident.discrepancy.by_evidence.decide.as_one import as_one, member_of
-from ident.discrepancy.by_evidence.decide.present_with import present_with
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.shapes_at_once import shapes_at_once
 from ident.discrepancy.by_evidence.decide.springs import Columns, Spring, SpringFit
-from ident.discrepancy.by_evidence.decide.state import Found, found_set
+from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set
+from ident.discrepancy.by_evidence.evidence.gram import Level
 from ident.discrepancy.by_evidence.library.candidates import Entry
 
 _PASSED = (0.2, 0.4)
@@ -38,32 +40,33 @@ class SoftPlaces:
     _feet: dict[Entry, Columns] = field(default_factory=dict, repr=False)
     """Their columns through the filter, which are the same beside every set."""
 
-    def beside(self, found: Found, entries: Sequence[Entry]) -> list[Found]:
+    def beside(self, found: Found, entries: Sequence[Entry], present: PresentWith) -> list[Found]:
         """The likeliest one; places of the set begin anew.
 
         Args:
             found: the set.
             entries: the vocabulary with its grids.
+            present: the model with the set.
         """
         soft = [one for one in entries if is_soft(one)]
         gears = list(dict.fromkeys(one.candidate for one in soft if one.candidate.place.joints))
         if not gears:
             return []
-        sets, problem = [], self.problem
-        rigid = [one.entry for one in found.members if not is_soft(one.entry)]
+        problem = self.problem
+        begun = _Begun.of(problem, found)
+        rigid = [one.entry for one in begun.kept]
+        sets = []
         for passed in _PASSED:
-            fit = SpringFit.of(problem, found, rigid, gears, passed)
+            fit = SpringFit.of(problem, present, rigid, gears, passed)
             springs, _ = fit.springs()
-            sets += [
-                _begun(problem, found, springs[:count]) for count in range(2, 1 + min(_MOST, len(springs)))
-            ]
+            sets += [begun.with_places(springs[:count]) for count in range(2, 1 + min(_MOST, len(springs)))]
         feet = [one for one in soft if not one.candidate.place.joints]
         if springs and feet:
             beside = [fit.springs(self._foot(fit, one)) for one in feet]
             likeliest = int(np.argmin([left for _, left in beside]))
             springs, foot = beside[likeliest][0], feet[likeliest]
             counts = range(1, min(_MOST, 1 + len(springs)))
-            sets += [_begun(problem, found, springs[:count], foot) for count in counts]
+            sets += [begun.with_places(springs[:count], foot) for count in counts]
         best = max(sets, key=lambda one: one.log_posterior, default=found)
         better = best.log_posterior > found.log_posterior
         return [shapes_at_once(problem, best, soft_members(best))] if better else []
@@ -85,13 +88,29 @@ def is_soft(entry: Entry) -> bool:
     return bool(places) and all(one.gear.is_linear for one in places)
 
 
-def _begun(problem: Problem, found: Found, springs: Sequence[Spring], foot: Entry | None = None) -> Found:
-    """A set with such places in the stead of its own."""
-    kept = [one for one in found.members if not is_soft(one.entry)]
-    shapes = [(one.gear, one.shape) for one in springs]
-    if foot is not None:
-        shapes.append((foot.candidate, foot.placed.shape))
-    present, joints = present_with(problem, found_set(problem, kept, found.level, ())), range(problem.rows.n)
-    members = (*kept, *(member_of(problem, one, shape, present) for one, shape in shapes))
-    one = as_one(problem, found_set(problem, members, found.level, joints))
-    return found_set(problem, one.members, one.level, joints)
+@dataclass(frozen=True, eq=False)
+class _Begun:
+    """A set with other places in the stead of its own."""
+
+    problem: Problem
+    level: Level
+    kept: Sequence[Member]
+
+    @classmethod
+    def of(cls, problem: Problem, found: Found) -> _Begun:
+        return cls(problem, found.level, [one for one in found.members if not is_soft(one.entry)])
+
+    @cached_property
+    def present(self) -> PresentWith:
+        """The model with what is kept."""
+        return present_with(self.problem, found_set(self.problem, self.kept, self.level, ()))
+
+    def with_places(self, springs: Sequence[Spring], foot: Entry | None = None) -> Found:
+        """What is kept, with gears, and a foot where there is one."""
+        shapes = [(one.gear, one.shape) for one in springs]
+        if foot is not None:
+            shapes.append((foot.candidate, foot.placed.shape))
+        problem, joints = self.problem, range(self.problem.rows.n)
+        members = (*self.kept, *(member_of(problem, one, shape, self.present) for one, shape in shapes))
+        one = as_one(problem, found_set(problem, members, self.level, joints))
+        return found_set(problem, one.members, one.level, joints)

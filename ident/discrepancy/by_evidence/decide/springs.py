@@ -15,9 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
+from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem
-from ident.discrepancy.by_evidence.decide.state import Found
 from ident.discrepancy.by_evidence.evidence.prepared import Part
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry
 from ident.effects.elastic_gear import link_inertia
@@ -85,7 +84,16 @@ class _Products:
 
 @dataclass(frozen=True)
 class SpringFit:
-    """Of all gears at once, beside a set without its own."""
+    """Of all gears at once, beside a set without its own.
+
+    Attributes:
+        problem: the data.
+        gears: that are looked for.
+        inertia: (gears,) of the links behind each, kg·m² (or kg).
+        cutoff: Hz, of the filter that rows and lags have passed.
+        columns: what is known, what else the set has, and at the end two of each gear.
+        target: rows × joints, through the same filter.
+    """
 
     problem: Problem
     gears: Sequence[Candidate]
@@ -98,7 +106,7 @@ class SpringFit:
     def of(
         cls,
         problem: Problem,
-        found: Found,
+        present: PresentWith,
         beside: Sequence[Entry],
         gears: Sequence[Candidate],
         passed: float,
@@ -107,7 +115,7 @@ class SpringFit:
 
         Args:
             problem: the data.
-            found: a set.
+            present: the model with a set.
             beside: what the set has with which links do not give way.
             gears: all that are looked for.
             passed: of the filter's cut-off, that rows and lags pass.
@@ -116,7 +124,6 @@ class SpringFit:
         drives = [one.place.joints[0] for one in gears]
         inertia = np.array([link_inertia(robot, drive) for drive in drives])
         cutoff = passed * robot.identification.cutoff_hz
-        present = present_with(problem, found)
         units = _units(inertia)
         lags = [_lags(part, robot, present, drives, units, cutoff) for part in rows.prepared.parts]
         fit = cls(problem, gears, inertia, cutoff, _free(np.concatenate(lags)), np.zeros((0, 0)))

@@ -52,7 +52,8 @@ def problem(*drives: int) -> tuple[Problem, tuple[Entry, ...]]:
 def both() -> Found:
     """The set that soft gears of drives 2 and 3 are found in."""
     made, entries = problem(2, 3)
-    (found,) = SoftPlaces(made).beside(without_effects(made), entries)
+    empty = without_effects(made)
+    (found,) = SoftPlaces(made).beside(empty, entries, present_with(made, empty))
     return found
 
 
