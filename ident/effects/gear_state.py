@@ -125,6 +125,8 @@ class Gear:
         found = unless_too_far(found, found[0])
         if carried is None or repeats or not before or needed <= lead or not self.is_linear:
             return found
+        if not found.any():  # what flies apart does not ring, either
+            return found
         force = np.array([self.stiffness, self.damping, 0.0])
         free = felt[:, recorded:] * np.array([[1.0], [0.0], [1.0], [1.0]])
         rings = np.stack([run(free, one)[:, ::PARTS] for one in self._free(free[:, 0])])

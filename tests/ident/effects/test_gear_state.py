@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from ident.effects.elastic_gear import inertia_along
-from ident.effects.gear_state import Gear, finer
+from ident.effects.gear_state import PARTS, Course, Gear, finer
 from ident.effects.hysteresis import deflection
 from robots.arrays import FloatArray
 
@@ -161,3 +161,12 @@ def test_a_link_whose_swing_is_no_number_any_more_does_not_give_way() -> None:
     stiffens = Gear(stiffness, damping, cubic=1e9 * stiffness)
     load = 4.0 * LOAD[::8]
     assert not lag_of_link(np.full_like(load, INERTIA), load, 8 * STEP, stiffens).any()
+
+
+def test_links_that_fly_apart_where_nothing_repeats_do_not_ring_either() -> None:
+    """Torque that grows by 20 kN·m per radian of lag: a fit to what is no number ended the search."""
+    before, recorded = 3000, 10000
+    felt = np.zeros((4, PARTS * (before + recorded) + 1))
+    felt[0], felt[1], felt[2] = INERTIA, np.sin(0.001 * np.arange(felt.shape[1])), -2e4
+    carried = np.sin(0.004 * np.arange(recorded + 1))
+    assert not Gear(2000.0, 0.5).lag(Course(felt, before, repeats=False), STEP, lambda: carried).any()
