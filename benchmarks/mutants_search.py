@@ -87,7 +87,7 @@ FIGURES = (
     Figure(f"{_BY}decide/no_name", "_USUAL", "imitated 0.2; width 0.5"),
     Figure(f"{_BY}decide/no_name", "_AT_A_JOINT", "width 0.5; 3 %; more at a joint 0.5"),
     Figure(f"{_BY}decide/no_name", "AS_NOT", "odds without a name; of what an arm leaves | 0.1; 1"),
-    Figure(f"{_BY}decide/search", "OF_JOINT", "frictions of a joint | two"),
+    Figure(f"{_BY}decide/state", "OF_JOINT", "frictions of a joint | two"),
     Figure("discrepancy/existing_arm", "_LEAST", "a tenth of its own"),
     Figure(f"{_BY}decide/left_over", "ABOVE", "0.9; 95 %; 0.5"),
     Figure(f"{_BY}reversals", "_OF_BEST", "nats | 0.5"),

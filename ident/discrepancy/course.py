@@ -15,6 +15,7 @@ from ident.discrepancy.prior import extended, extended_prior
 from ident.discrepancy.refine import added_values, refit, with_effects
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Finding
+from ident.discrepancy.sized_in_loop import sized_in_loop
 from ident.discrepancy.step import LoopStep, Step
 from ident.discrepancy.validation import LoopRun, Validation
 from robots.arrays import FloatArray
@@ -79,11 +80,12 @@ class Course:
             ArithmeticError, IdentificationError: it has no size there, or the loop with it cannot be
                 simulated; nothing is changed then.
         """
-        refined = refit(in_loop.examination, [component], in_loop.present)
+        by_columns = refit(in_loop.examination, [component], in_loop.present)
+        refined = sized_in_loop(in_loop.examination, by_columns)
         step = self._extended(in_loop, refined)
         _ = step.examination.covariance  # raises where rows of the loop determine too little
         robot = self.first.base.model.robot
-        self.findings = [*self.findings, Accepted.of(robot, component, basis, refined, 0)]
+        self.findings = [*self.findings, Accepted.of(robot, refined.components[0], basis, refined, 0)]
         self.step, self.reversing = step, in_loop
 
     def _fit_together(self, accepted: Sequence[Accepted], refined: Refined | None = None) -> None:

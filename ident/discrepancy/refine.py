@@ -111,6 +111,7 @@ def added_values(refined: Refined) -> list[FloatArray]:
         lowest, highest = np.array(effect.bounds).T
         # One that is hardly determined was found by a small step, and may be far off where it is not small.
         sure = np.abs(values) >= _SURE * sigma
-        sure |= not sure.any()  # What was named is there, though how it divides up is not sure.
+        # What was named is there, though how it divides up is not sure.
+        sure |= refined.as_simulated or not sure.any()
         found.append(np.where(sure, np.clip(values, lowest, highest), 0.0)[seen])
     return found

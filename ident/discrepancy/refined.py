@@ -39,6 +39,7 @@ class Refined:
         seen: per effect, which of its parameters the data show.
         size_sigma: per effect, deviation of a factor of all its parameters, its shapes as fitted; 0 where the
             data do not show it.
+        as_simulated: whether sizes are those of simulations that have the effect as large.
     """
 
     examination: Examination = field(repr=False)
@@ -50,6 +51,7 @@ class Refined:
     shape_sigma: tuple[FloatArray, ...]
     seen: tuple[BoolArray, ...]
     size_sigma: tuple[float, ...]
+    as_simulated: bool = False
 
 
 def with_deviations(examination: Examination, components: Sequence[Component], present: Present) -> Refined:

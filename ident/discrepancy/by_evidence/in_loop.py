@@ -91,7 +91,8 @@ class InLoop:
         known = {(effect.name, effect.place.joints) for effect in self.course.step.placed}
         known |= confusable_with_found(found)
         joints = set(range(problem.rows.n)) - self.left_alone()
-        one = likeliest_in_loop(problem, families, known, joints, [finding.placed for finding in found])
+        beside = [(finding.placed, finding.linear) for finding in found]
+        one = likeliest_in_loop(problem, families, known, joints, beside)
         if one is not None:
             self._add(in_loop, one)
         elif not found and not self.more_in_motion():

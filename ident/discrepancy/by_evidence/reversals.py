@@ -42,7 +42,7 @@ from ident.discrepancy.by_evidence.library.candidates import (
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.step import LoopStep, Step
 from ident.effects.family import EffectFamily, PlacedEffect
-from robots.arrays import BoolArray
+from robots.arrays import BoolArray, FloatArray
 
 _log = logging.getLogger(__name__)
 
@@ -72,7 +72,7 @@ def likeliest_in_loop(
     families: Sequence[EffectFamily],
     found: Collection[Key],
     joints: Collection[int],
-    beside: Sequence[PlacedEffect] = (),
+    beside: Sequence[tuple[PlacedEffect, FloatArray]] = (),
 ) -> AtReversals | None:
     """The likeliest effect at some joints beside a model in closed loop; None where nothing is as likely.
 
@@ -83,7 +83,7 @@ def likeliest_in_loop(
         families: that show at reversals.
         found: names and places that are no further effect.
         joints: from 0.
-        beside: what motion has shown.
+        beside: what motion has shown, each with its parameters (p,).
     """
     rows = problem.rows
     assert isinstance(rows, LoopRows)
@@ -122,16 +122,27 @@ def likeliest_in_loop(
     return AtReversals(forms[first], Slot(as_limit(probabilities(odds, forms), first)))
 
 
-def _odds_of_no_name(problem: Problem, found: Found, beside: Sequence[PlacedEffect]) -> float:
+def _odds_of_no_name(
+    problem: Problem, found: Found, beside: Sequence[tuple[PlacedEffect, FloatArray]]
+) -> float:
     """Log odds of something without a name against the only effect of a set, before other motion is asked.
 
     How a friction that motion has shown turns its sign no moving row says, and the law of its drive is that
-    of the friction before it: what is more at the same drive's reversals is as likely as not that.
+    of the friction before it: what is more at the same drive's reversals is as likely as not that, where it
+    is no more than that friction.
     """
     (member,) = found.members
-    on_it = (one for one in beside if one.place.joints == member.candidate.key[1])
-    turned = member.is_friction and any(map(is_friction, on_it))
+    at = member.candidate.key[1]
+    on_it = [pair for pair in beside if pair[0].place.joints == at and is_friction(pair[0])]
+    most = sum(_most_of(problem, *pair) for pair in on_it)
+    turned = member.is_friction and most > _most_of(problem, member.entry.placed, found.theta(0)[0])
     return float(np.log(AS_NOT if turned else odds_beforehand(problem, found, 0)))
+
+
+def _most_of(problem: Problem, placed: PlacedEffect, values: FloatArray) -> float:
+    """The most that an effect comes to in the torque of the drives, N·m (or N)."""
+    assert isinstance(problem.rows, LoopRows)
+    return float(np.abs(problem.rows.loop.screen([placed]) @ values).max())
 
 
 def _quickest(screened: Sequence[Screened], entries: Sequence[Entry]) -> list[Screened]:

@@ -271,6 +271,7 @@ def test_what_leaves_a_parameter_of_the_loop_undetermined_is_not_added(
     course = _Course((), step(1), step(2), step(2), None, found)
     before = course.step
     monkeypatch.setattr(module, "refit", lambda *rows: None)
+    monkeypatch.setattr(module, "sized_in_loop", lambda *rows: None)
     monkeypatch.setattr(course, "_extended", lambda *rows: SimpleNamespace(examination=_Undetermined()))
     in_loop: Any = SimpleNamespace(examination=None, present=None)
     nobody: Any = None

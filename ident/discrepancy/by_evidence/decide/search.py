@@ -13,6 +13,7 @@ import numpy as np
 
 from ident.closed_loop.at_once import at_once
 from ident.discrepancy.by_evidence.decide.as_one import beside_the_others, member_of, part_of
+from ident.discrepancy.by_evidence.decide.begun_again import begun_again
 from ident.discrepancy.by_evidence.decide.elsewhere import Elsewhere
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem
@@ -21,7 +22,14 @@ from ident.discrepancy.by_evidence.decide.screening import Screened, screen, wit
 from ident.discrepancy.by_evidence.decide.shapes import refined
 from ident.discrepancy.by_evidence.decide.shapes_at_once import shapes_at_once
 from ident.discrepancy.by_evidence.decide.soft_places import SoftPlaces, soft_members
-from ident.discrepancy.by_evidence.decide.state import Found, Member, found_set, stands, without_effects
+from ident.discrepancy.by_evidence.decide.state import (
+    Found,
+    Member,
+    found_set,
+    has_room,
+    stands,
+    without_effects,
+)
 from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, library
 from robots.identity_cache import IdentityCache
 
@@ -43,9 +51,6 @@ nothing more is found."""
 
 MOST = 5
 """Effects of a set."""
-
-OF_JOINT = 2
-"""Frictions of one joint: three names together describe any law there is, and none of them is there."""
 
 One = TypeVar("One")
 
@@ -112,6 +117,7 @@ class Search:
             self.progress("candidates", 0.2 + 0.7 * len(found.members) / MOST)
             better = self._extended(found, entries, present) if len(found.members) < MOST else None
             better = better or self._swapped(found, entries)
+            better = better or likelier(begun_again(self, found, entries, MOST), found)
             if better is None:
                 break
             fitted, beside = self.settled(better)
@@ -140,8 +146,7 @@ class Search:
         last = list(forms.values())
         sets += self._pairs(found, first_of(last, _PAIRED, [one.candidate for one in last]))
         sets += map(self._seen, self.soft_places.beside(found, entries, present))
-        best = max(sets, key=lambda one: one.log_posterior, default=None)
-        return best if best is not None and best.log_posterior > found.log_posterior else None
+        return likelier(sets, found)
 
     def _swapped(self, found: Found, entries: Sequence[Entry]) -> Found | None:
         """The best set with another candidate in place of one member; None where none is better.
@@ -157,8 +162,7 @@ class Search:
                 if one.candidate.key != own and has_room(without.members, one.best)
             ]
             sets += self.replaced(without, with_all_forms(others, _SWAPPED, member.candidate))
-        best = max(sets, key=lambda one: one.log_posterior, default=None)
-        return best if best is not None and best.log_posterior > found.log_posterior else None
+        return likelier(sets, found)
 
     def _remade(self, member: Member, present: PresentWith) -> Member:
         """A leader with columns that are made of the model with everything that is found."""
@@ -284,14 +288,10 @@ def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> l
     return list(ordered)
 
 
-def has_room(members: Sequence[Member], one: Member) -> bool:
-    """Whether a set may have one effect more: of each joint a few are friction."""
-    joints = set(one.candidate.place.joints)
-    beside = [other for other in members if joints & set(other.candidate.place.joints)]
-    if len(beside) < OF_JOINT or not one.is_friction:
-        return True
-    taken = [joint for other in beside if other.is_friction for joint in other.candidate.place.joints]
-    return all(taken.count(joint) < OF_JOINT for joint in joints)
+def likelier(sets: Sequence[Found], found: Found) -> Found | None:
+    """The likeliest of some sets; None where none is likelier than the one there is."""
+    best = max(sets, key=lambda one: one.log_posterior, default=found)
+    return best if best.log_posterior > found.log_posterior else None
 
 
 def key_of(found: Found) -> Key:

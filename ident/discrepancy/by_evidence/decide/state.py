@@ -22,6 +22,10 @@ ONE_MORE = 0.2
 """Prior odds of one effect more: of six arms that are looked at five are clean."""
 
 
+OF_JOINT = 2
+"""Frictions of one joint: three names together describe any law there is, and none of them is there."""
+
+
 @dataclass(frozen=True, eq=False)
 class Member:
     """One effect of a set.
@@ -109,6 +113,16 @@ def stands(problem: Problem, entry: Entry, members: Sequence[Member]) -> bool:
     coupled = {drives[-1] for name, drives in here if name == "wrist_coupling"}
     lacking = problem.uncoupled - coupled
     return len(joints) != 1 or joints[0] not in lacking or not entry.is_friction
+
+
+def has_room(members: Sequence[Member], one: Member) -> bool:
+    """Whether a set may have one effect more: of each joint a few are friction."""
+    joints = set(one.candidate.place.joints)
+    beside = [other for other in members if joints & set(other.candidate.place.joints)]
+    if len(beside) < OF_JOINT or not one.is_friction:
+        return True
+    taken = [joint for other in beside if other.is_friction for joint in other.candidate.place.joints]
+    return all(taken.count(joint) < OF_JOINT for joint in joints)
 
 
 def without_effects(problem: Problem) -> Found:

@@ -56,16 +56,24 @@ def test_something_without_a_name_is_as_likely_as_what_explains_no_more_than_eve
 
 
 @pytest.mark.parametrize(
-    ("name", "drive", "odds"),
-    [("coulomb_friction", 0, 1.0), ("coulomb_friction", 1, 0.1), ("current_offset", 0, 0.1)],
+    ("name", "drive", "size", "odds"),
+    [
+        ("coulomb_friction", 0, 90.0, 1.0),
+        ("coulomb_friction", 0, 0.03, 0.1),
+        ("coulomb_friction", 1, 90.0, 0.1),
+        ("current_offset", 0, 90.0, 0.1),
+    ],
 )
-def test_how_a_friction_that_motion_has_shown_turns_its_sign_is_not_told_from_another(
-    falling: LoopStep, name: str, drive: int, odds: float
+def test_how_a_friction_that_motion_has_shown_turns_its_sign_is_not_told_from_another_as_large(
+    falling: LoopStep, name: str, drive: int, size: float, odds: float
 ) -> None:
-    """Of a friction of the load that a loop turned as the rest a static friction was named at its drive."""
+    """Of a friction of the load that a loop turned as the rest a static friction was named at its drive.
+
+    And beside a friction that changes by 0.5 N·m over the way one of 2.9 N·m was not.
+    """
     place = Place("drive", (0,))
     effect: Any = family_named(name).effect(falling.base.model.robot, place, (), falling.present)
-    beside = [replace(effect, place=Place("drive", (drive,)))]
+    beside = [(replace(effect, place=Place("drive", (drive,))), np.array([size]))]
     found = likeliest_in_loop(posed_in_loop(falling), FALLING, set(), {0}, beside)
     assert found is not None and found.key == ("stribeck_friction", (0,))
     nameless = found.names.probability((NO_NAME, (0,)))

@@ -172,7 +172,7 @@ def left_at(
         entry=SimpleNamespace(placed=nothing, white=SimpleNamespace(at=(gear,))),
     )
     part = SimpleNamespace(columns=columns)
-    prepared = SimpleNamespace(used=np.ones((4, n), dtype=np.bool_), parts=(part,))
+    prepared = SimpleNamespace(used=np.ones((4, n), dtype=np.bool_), parts=(part,), repeats=False)
     problem: Any = SimpleNamespace(
         prepared=prepared,
         rows=SimpleNamespace(

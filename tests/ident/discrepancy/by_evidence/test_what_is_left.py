@@ -68,6 +68,17 @@ def test_what_is_quicker_than_noise_is_no_more_misfit_than_all_that_is_left() ->
     assert float(misfit_of(problem, fewer)[0]) == pytest.approx(float(found.level.kappa[0]))
 
 
+def test_what_does_not_repeat_is_no_misfit_however_noisy_rows_are() -> None:
+    """Noise of the other periods' motion is in an effect's column, and the noise was known without it."""
+    problem = problem_of(lambda q: torque(q, w9=0.0))
+    found = without_effects(problem)
+    found = replace(found, level=replace(found.level, excess=2.0 * np.ones(1)))
+    noise = tuple(replace(one, deviation=0.5 * one.deviation) for one in problem.rows.noise)
+    calmer = replace(problem, rows=replace(problem.rows, noise=noise))
+    assert float(misfit_of(calmer, found)[0]) < noise[0].marginal
+    assert above_accepted(calmer, found)[0] < 0.5
+
+
 def test_a_gain_that_is_known_to_a_share_leaves_a_torque_known_to_that_share() -> None:
     problem = problem_of(lambda q: torque(q, w9=3.0), accepted=True)
     search = searching(problem, NINE)
