@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ident.discrepancy.component import Component, inner, outer
-from ident.discrepancy.loop import COARSE, FINE, with_standstill_of
+from ident.discrepancy.loop import FINE, with_standstill_of
 from ident.discrepancy.loop_examination import LoopExamination
 from ident.discrepancy.refined import Refined, with_deviations
 from ident.effects.family import Shape
@@ -116,12 +116,16 @@ class _Sized:
         return replace(self.component, shape=tuple(map(float, shape))), point[:count] * self.scale
 
     def left(self, point: FloatArray) -> FloatArray | None:
-        """(N,) white rows that the model leaves with it; None where the loop cannot be simulated."""
+        """(N + p,) white rows that the model leaves with it, and its sizes less their centre.
+
+        None where the loop cannot be simulated.
+        """
         component, values = self.at(point)
         effect, loop = component.effect(self.examination, self.present), self.examination.loop
         parts = with_standstill_of(loop.variant(effect).simulated(values), loop.standstill, loop.robot)
-        change = loop.change(parts, FINE if effect.stiff or loop.parts.extra.springs else COARSE)
+        change = loop.change(parts, FINE)
         if change is None:
             return None
         white = self.examination.whiten([change[:, :, np.newaxis]])
-        return np.asarray(self.examination.residual - self.examination.partial_out(white)[:, 0])
+        rows = self.examination.residual - self.examination.partial_out(white)[:, 0]
+        return np.concatenate([rows, (values - np.array(effect.centre)) / self.scale])
