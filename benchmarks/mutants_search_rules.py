@@ -565,7 +565,7 @@ RULES = (
     ),
     Broken(
         "a set is taken only where it is likelier",
-        f"{_BY}decide/search.py",
+        f"{_BY}decide/state.py",
         "return best if best.log_posterior > found.log_posterior else None",
         "return best",
     ),

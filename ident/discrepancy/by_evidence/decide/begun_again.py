@@ -64,10 +64,10 @@ def _begun_at(search: Search, found: Found, entries: Sequence[Entry], joint: int
 
 def _beside(search: Search, found: Found, entries: Sequence[Entry], joint: int) -> list[Screened]:
     """Candidates of a joint beside a set, the likeliest first."""
-    own = [one for one in search.wanted if joint in one.place.joints]
+    wanted = [one for one in search.wanted if joint in one.place.joints]
     present = present_with(search.problem, found)
-    peaks = scanned(search.problem.rows, found, own, present)
+    peaks = scanned(search.problem.rows, found, wanted, present)
     present.forget()
-    every = [one for some in (entries, peaks) for one in screen(search.problem, found, some)]
-    here = [one for one in every if joint in one.candidate.place.joints and has_room(found.members, one.best)]
-    return sorted(here, key=lambda one: -one.log_odds)
+    own = [one for one in entries if joint in one.candidate.place.joints]
+    screened = screen(search.problem, found, (*own, *peaks))
+    return [one for one in screened if has_room(found.members, one.best)]

@@ -27,6 +27,7 @@ from ident.discrepancy.by_evidence.decide.state import (
     Member,
     found_set,
     has_room,
+    likelier,
     stands,
     without_effects,
 )
@@ -112,12 +113,14 @@ class Search:
         present = present_with(problem, found)
         self.progress("vocabulary", 0.1)
         whole = library(problem.rows, self.wanted, present)
-        entries = self._with_scanned(whole, found, present)
+        entries, begun = self._with_scanned(whole, found, present), set[Key]()
         while True:
             self.progress("candidates", 0.2 + 0.7 * len(found.members) / MOST)
             better = self._extended(found, entries, present) if len(found.members) < MOST else None
             better = better or self._swapped(found, entries)
-            better = better or likelier(begun_again(self, found, entries, MOST), found)
+            if better is None and key_of(found) not in begun:
+                begun.add(key_of(found))
+                better = likelier(begun_again(self, found, entries, MOST), found)
             if better is None:
                 break
             fitted, beside = self.settled(better)
@@ -286,12 +289,6 @@ def first_of(ordered: Sequence[One], most: int, kinds: Sequence[Candidate]) -> l
                 return list(ordered[:k])
             names.add(kind.key)
     return list(ordered)
-
-
-def likelier(sets: Sequence[Found], found: Found) -> Found | None:
-    """The likeliest of some sets; None where none is likelier than the one there is."""
-    best = max(sets, key=lambda one: one.log_posterior, default=found)
-    return best if best.log_posterior > found.log_posterior else None
 
 
 def key_of(found: Found) -> Key:

@@ -125,6 +125,12 @@ def has_room(members: Sequence[Member], one: Member) -> bool:
     return all(taken.count(joint) < OF_JOINT for joint in joints)
 
 
+def likelier(sets: Sequence[Found], found: Found) -> Found | None:
+    """The likeliest of some sets; None where none is likelier than the one there is."""
+    best = max(sets, key=lambda one: one.log_posterior, default=found)
+    return best if best.log_posterior > found.log_posterior else None
+
+
 def without_effects(problem: Problem) -> Found:
     """The set without any effect."""
     return Found((), problem.level, problem.score, problem.posterior)

@@ -10,8 +10,8 @@ import pytest
 from ident.discrepancy.by_evidence.decide.begun_again import begun_again
 from ident.discrepancy.by_evidence.decide.present_with import present_with
 from ident.discrepancy.by_evidence.decide.screening import screen
-from ident.discrepancy.by_evidence.decide.search import MOST, Search, key_of, likelier
-from ident.discrepancy.by_evidence.decide.state import Found, without_effects
+from ident.discrepancy.by_evidence.decide.search import MOST, Search, key_of
+from ident.discrepancy.by_evidence.decide.state import Found, likelier, without_effects
 from ident.discrepancy.by_evidence.library.candidates import Entry, library
 from ident.effects.family import Shape
 from robots.arrays import FloatArray
