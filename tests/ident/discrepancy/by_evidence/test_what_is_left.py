@@ -49,7 +49,7 @@ def test_a_set_leaves_less_than_the_torque_itself(monkeypatch: pytest.MonkeyPatc
 
 
 def test_what_repeats_and_is_not_smooth_is_misfit_though_no_smooth_part_is() -> None:
-    for size, above in ((0.0, 0.0), (3.0, 1.0)):
+    for size, above in ((0.0, 0.0), (0.3, 1.0), (3.0, 1.0)):
         problem = problem_of(lambda q, size=size: torque(q, w9=size))
         found = without_effects(problem)
         assert above_accepted(problem, found)[0] == pytest.approx(above, abs=0.2)
