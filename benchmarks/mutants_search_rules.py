@@ -832,16 +832,16 @@ RULES = (
         ")",
     ),
     Broken(
-        "a name that contains several has to be likelier than all of these",
+        "a name that contains several is these where it is no likelier than all of them",
         f"{_BY}decide/told.py",
-        "if instead.log_evidence < found.log_evidence:",
-        "if True:",
+        "return instead if instead.log_evidence >= found.log_evidence else None",
+        "return None",
     ),
     Broken(
         "by the data alone: one cause is likelier than several before them",
         f"{_BY}decide/told.py",
-        "if instead.log_evidence < found.log_evidence:",
-        "if instead.log_posterior < found.log_posterior:",
+        "return instead if instead.log_evidence >= found.log_evidence else None",
+        "return instead if instead.log_posterior >= found.log_posterior else None",
     ),
     Broken(
         "forms of what rows hold the most of alone are less sure",

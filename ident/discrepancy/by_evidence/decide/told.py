@@ -1,9 +1,9 @@
 """Whether what makes a member of a set its effect is told from its absence.
 
 Its sizes say so at 95 %. And an effect that contains others, as friction that changes with warmth contains
-dry and viscous friction, has to be likelier by the data than these together. It is one cause where they are
-several, so by its prior it stands in their place also where nothing of it shows but them: two frictions of
-one joint were a drift that settles in 2000 ± 18 000 s, and was named.
+dry and viscous friction, is these where it is no likelier by the data than all of them. It is one cause where
+they are several, so by its prior it stands in their place also where nothing of it shows but them: two
+frictions of one joint were a drift that settles in 2000 ± 18 000 s, and was named.
 
 A form that is not told from its limit is that limit: a cable whose stiffening may as well be nothing is a
 straight spring.
@@ -33,6 +33,10 @@ def simplified(search: Search, searched: Searched, held: OtherMotion) -> Searche
     for number, member in enumerate(searched.found.members):
         if not member.candidate.family.contains:
             continue
+        parts = _its_parts(search, searched, number)
+        if parts is not None:
+            fitted, present = search.settled(parts)
+            return simplified(search, replace(searched, found=fitted, present=present), held)
         without = search.without(searched.found, number)
         names = slot(search, searched, number, without, held)
         own, kept = member.candidate.key, {one.key for one in names.held}
@@ -70,14 +74,13 @@ def unsure(search: Search, searched: Searched, number: int, deviation: FloatArra
     member, (theta, covariance) = searched.found.members[number], searched.found.theta(number)
     together = bool(theta @ np.linalg.solve(covariance, theta) > chi2.ppf(HELD, theta.size))
     essential = member.candidate.family.essential
-    sizes = unsure_size(member.entry.placed, essential, theta, deviation, together)
-    return sizes or _no_more_than_its_parts(search, searched, number)
+    return unsure_size(member.entry.placed, essential, theta, deviation, together)
 
 
-def _no_more_than_its_parts(search: Search, searched: Searched, number: int) -> str:
-    """Which names that a member contains say as much, in words; empty where they do not."""
+def _its_parts(search: Search, searched: Searched, number: int) -> Found | None:
+    """A set with all names that a member contains in its place; None where they do not say as much."""
     found, member = searched.found, searched.found.members[number]
-    name, joints = member.candidate.key
+    joints = member.candidate.place.joints
     here = {one.candidate.key for one in found.members}
     parts = [
         Member(entry, 0.0)
@@ -88,10 +91,7 @@ def _no_more_than_its_parts(search: Search, searched: Searched, number: int) -> 
         and not entry.candidate.shapes
     ]
     if not parts:
-        return ""
+        return None
     without = search.without(found, number)
     instead = found_set(search.problem, (*without.members, *parts), found.level, member.joints)
-    if instead.log_evidence < found.log_evidence:
-        return ""
-    names = " and ".join(one.candidate.family.name.replace("_", " ") for one in parts)
-    return f"{names} say as much as this {name.replace('_', ' ')}"
+    return instead if instead.log_evidence >= found.log_evidence else None

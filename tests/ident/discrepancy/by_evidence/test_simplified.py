@@ -51,6 +51,7 @@ def simplest(
     falling = SimpleNamespace(key=("stribeck_friction", (1,)), family=family)
     dry = SimpleNamespace(key=("coulomb_friction", (1,)), family=family_named("coulomb_friction"))
     listed = names.probabilities({dry.key: limit, falling.key: 4.0, names.NOTHING: -9.0})
+    monkeypatch.setattr(told, "_its_parts", lambda *given: None)
     monkeypatch.setattr(told, "slot", lambda *given: names.Slot(listed))
     monkeypatch.setattr(told, "screen", lambda *given: [screened(dry, -3.0), screened(dry, -2.0)])
     monkeypatch.setattr(told, "replace", lambda searched, found: SimpleNamespace(found=found, entries=()))
