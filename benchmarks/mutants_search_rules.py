@@ -13,8 +13,8 @@ RULES = (
     Broken(
         "what stays beside a name is not what a gear beside it leaves",
         _BY + "decide/no_name.py",
-        "    misfit[of_others] = found.level.kappa[of_others]\n",
-        "",
+        " - kappa**2 - of_others, 0.0)",
+        " - kappa**2, 0.0)",
         ("tests/ident/discrepancy/by_evidence/test_no_name.py",),
     ),
     Broken(

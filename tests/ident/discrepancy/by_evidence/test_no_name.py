@@ -147,12 +147,12 @@ def test_where_no_run_says_what_is_usual_nothing_is_too_much() -> None:
     assert left_at(torque=(0.45, 0.1), misfit=(0.2, 0.01), of_run=False) == 0.0
 
 
-@pytest.mark.parametrize(("at", "its_own"), [(1, True), (0, False)])
+@pytest.mark.parametrize(("gear", "its_own"), [((0.0, 0.3), True), ((0.3, 0.0), False), ((0.01, 0.0), True)])
 def test_what_a_gear_leaves_that_gives_way_is_not_left_beside_what_is_beside_it(
-    at: int, its_own: bool
+    gear: tuple[float, float], its_own: bool
 ) -> None:
-    """Rows twenty times as noisy at joint 0: of a gear there, or of one elsewhere."""
-    left = left_at(torque=(0.45, 0.1), misfit=(0.01, 0.01), excess=(20.0, 1.0), gear=at)
+    """Rows twenty times as noisy at joint 0: of one elsewhere, of one there, of one that does little there."""
+    left = left_at(torque=(0.45, 0.1), misfit=(0.01, 0.01), excess=(20.0, 1.0), gear=gear)
     assert (left > 1.0) is its_own
 
 
@@ -162,14 +162,13 @@ def left_at(
     rough: bool = False,
     of_run: bool = True,
     excess: tuple[float, ...] | None = None,
-    gear: int | None = None,
+    gear: tuple[float, ...] | None = None,
 ) -> float:
     """Of one member that acts at all joints, each of which may leave 0.01 N·m; a gear may be beside it."""
     n = len(torque)
-    nothing = SimpleNamespace(torque=np.zeros(n))
     elastic = SimpleNamespace(
         candidate=SimpleNamespace(family=SimpleNamespace(rough=True)),
-        entry=SimpleNamespace(placed=nothing, white=SimpleNamespace(at=(gear,))),
+        entry=SimpleNamespace(placed=SimpleNamespace(torque=np.array(gear))),
     )
     part = SimpleNamespace(columns=columns)
     prepared = SimpleNamespace(used=np.ones((4, n), dtype=np.bool_), parts=(part,), repeats=False)
