@@ -151,7 +151,7 @@ def test_where_no_run_says_what_is_usual_nothing_is_too_much() -> None:
 def test_what_a_gear_leaves_that_gives_way_is_not_left_beside_what_is_beside_it(
     gear: tuple[float, float], its_own: bool
 ) -> None:
-    """Rows twenty times as noisy at joint 0: of one elsewhere, of one there, of one that does little there."""
+    """Rows twenty times as noisy at joint 0: of one elsewhere, there, or doing little there."""
     left = left_at(torque=(0.45, 0.1), misfit=(0.01, 0.01), excess=(20.0, 1.0), gear=gear)
     assert (left > 1.0) is its_own
 
