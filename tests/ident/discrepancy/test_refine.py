@@ -114,6 +114,7 @@ def test_what_was_named_stays_in_the_model_even_if_no_parameter_alone_is_sure(
         linear=(np.array([1.0, 0.5]),),
         linear_sigma=(np.array(sigma),),
         seen=(np.array([True, True]),),
+        as_simulated=False,
     )
     assert added_values(found)[0] == pytest.approx(expected)
 
