@@ -1183,8 +1183,14 @@ RULES = (
     Broken(
         "the prediction has the form's own error",
         f"{_BY}confirm/held_out.py",
-        "            variance += size * change.size * (excess**2 - 1.0)\n",
-        "",
+        "variance += self._not_smooth(j, change) * change.size * (excess**2 - 1.0)\n",
+        "pass\n",
+    ),
+    Broken(
+        "what is not smooth has nothing of a smooth form's error",
+        f"{_BY}confirm/held_out.py",
+        "float(np.sum(along[seen] ** 2 / values[seen]))",
+        "0.0",
     ),
     Broken(
         "noise is no part of what stays unexplained",

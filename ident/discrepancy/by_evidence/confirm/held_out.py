@@ -7,12 +7,12 @@ leaving the effect out adds
 
 to the sum of squares. The posterior predicts ‖d‖² ± 2 σ with
 
-    σ² = dᵀ (s² + Φ Φᵀ κ²/m + A Σ Aᵀ) d + Σ_j ‖d_j‖² N_j (s_j² − 1)
+    σ² = dᵀ (s² + Φ Φᵀ κ²/m + A Σ Aᵀ) d + Σ_j ‖d̃_j‖² N_j (s_j² − 1)
 
 for noise, misfit, what is not known of the parameters, and the form's own error: what repeats at a joint and
 is not smooth may all be that (a lag of 5 ms is not quite 5 ms times the torque's rate), and then it goes
-along with d on other motions, too. But for a joint where another member of the set is rough, and d is of none
-that is: what a gear leaves that gives way is the gear's.
+along with d̃, what of d no smooth function has, on other motions, too. But for a joint where another member of
+the set is rough, and d is of none that is: what a gear leaves that gives way is the gear's.
 
 Of d the recordings show the share ½ (1 + Δ/‖d‖²), with the deviation σ/‖d‖². It is 1 where the effect is
 what it is called, 0 where it is nothing, or what it is compared with, and anywhere between where it is
@@ -37,6 +37,9 @@ from ident.discrepancy.confirmation import Shown, shown_share
 from ident.discrepancy.deviations import BLOCK
 from robots.arrays import FloatArray, IntArray
 from robots.identity_cache import IdentityCache
+
+_DEPENDENT = 1e-9
+"""Of the largest eigenvalue of ΦᵀΦ: a direction with less is none."""
 
 _EFFECTS = 24
 """Whose columns are kept."""
@@ -112,7 +115,7 @@ class HeldOut:
             excess = float(found.level.excess[j])
             variance += excess**2 * size + self._of_misfit(found, j, change)
             if j not in of_others:
-                variance += size * change.size * (excess**2 - 1.0)
+                variance += self._not_smooth(j, change) * change.size * (excess**2 - 1.0)
             shown += self._seen(found, j, change)
         variance += float(shown @ found.posterior.covariance @ shown)
         return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)
@@ -123,6 +126,14 @@ class HeldOut:
         seen = self.rows.white[j][:, k : k + m].T @ change
         kappa = float(found.level.kappa[j])
         return float(kappa**2 / max(m, 1) * (seen @ seen))
+
+    def _not_smooth(self, j: int, change: FloatArray) -> float:
+        """Energy of a change of a joint's rows that no smooth function has."""
+        k, m = self.rows.precision.size, self.rows.misfit[j].shape[1]
+        values, vectors = self.rows.diagonal[j]
+        along = vectors.T @ (self.rows.white[j][:, k : k + m].T @ change)
+        seen = values > _DEPENDENT * values.max(initial=0.0)
+        return max(float(change @ change) - float(np.sum(along[seen] ** 2 / values[seen])), 0.0)
 
     def _seen(self, found: Found, j: int, change: FloatArray) -> FloatArray:
         """(k + p,) products of a set's columns with a change of a joint's rows."""
