@@ -1165,13 +1165,13 @@ RULES = (
     Broken(
         "the prediction has noise",
         f"{_BY}confirm/held_out.py",
-        "excess**2 * size + self",
-        "self",
+        "excess**2 * size + _of",
+        "_of",
     ),
     Broken(
         "the prediction has misfit",
         f"{_BY}confirm/held_out.py",
-        " * size + self._of_misfit(found, j, change)",
+        " * size + _of_misfit(found, j, smooth)",
         " * size",
     ),
     Broken(
@@ -1183,7 +1183,7 @@ RULES = (
     Broken(
         "the prediction has the form's own error",
         f"{_BY}confirm/held_out.py",
-        "variance += self._not_smooth(j, change) * change.size * (excess**2 - 1.0)\n",
+        "variance += self._not_smooth(j, size, smooth) * change.size * (excess**2 - 1.0)\n",
         "pass\n",
     ),
     Broken(
@@ -1237,14 +1237,14 @@ RULES = (
     Broken(
         "whether a set does worse than no effect is not told better than its parameters are known",
         f"{_BY}confirm/held_out.py",
-        "variance = float(seen @ found.posterior.covariance @ seen) + self",
-        "variance = self",
+        "variance = float(seen @ found.posterior.covariance @ seen)\n",
+        "variance = 0.0\n",
     ),
     Broken(
         "whether a set does worse than no effect is not told better than misfit allows",
         f"{_BY}confirm/held_out.py",
-        " @ seen) + self._of_misfit(found, joint, change)",
-        " @ seen)",
+        "        variance += _of_misfit(found, joint, self._smooth(joint, change))\n",
+        "",
     ),
     Broken(
         "a place that repeats is in one block",

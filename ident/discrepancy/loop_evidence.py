@@ -100,12 +100,16 @@ class LoopEvidence:
         for k, value in enumerate(values):
             only = np.zeros(values.size)
             only[k] = value
-            more = with_standstill_of(variant.simulated(only), self.standstill, self.robot)
-            change = self.change(more, substeps)
+            change = self.change_by(variant, only, substeps)
             if change is None:
                 return None
             columns.append(change / value)
         return np.stack(columns, axis=2)
+
+    def change_by(self, variant: Placed, values: FloatArray, substeps: int) -> FloatArray | None:
+        """The same that an effect with an exact sign brings, its parameters (p,) given."""
+        more = with_standstill_of(variant.simulated(values), self.standstill, self.robot)
+        return self.change(more, substeps)
 
     def change(self, more: SimulatedParts, substeps: int = COARSE) -> FloatArray | None:
         """Change of the drives' torque that further parts bring; rows × drives, None where it runs away."""

@@ -15,8 +15,8 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import least_squares
 
-from ident.discrepancy.component import Component, inner, outer
-from ident.discrepancy.loop import FINE, with_standstill_of
+from ident.discrepancy.component import Component, at_point, inner
+from ident.discrepancy.loop import FINE
 from ident.discrepancy.loop_examination import LoopExamination
 from ident.discrepancy.refined import Refined, with_deviations
 from ident.effects.family import Shape
@@ -103,17 +103,21 @@ class _Sized:
             [np.array(effect.bounds) / self.scale[:, np.newaxis], np.reshape(ends, (-1, 2))]
         )
 
+    @cached_property
+    def start(self) -> FloatArray:
+        """(s,) the shapes as they are."""
+        pairs = zip(self.shapes, self.component.shape, strict=True)
+        return np.array([inner(shape, value) for shape, value in pairs])
+
     def point(self, values: FloatArray) -> FloatArray:
         """(p + free,) of sizes (p,) with the shapes as they are."""
-        shapes = [inner(one, value) for one, value in zip(self.shapes, self.component.shape, strict=True)]
-        return np.concatenate([values / self.scale, np.array(shapes)[self.free]])
+        return np.concatenate([values / self.scale, self.start[self.free]])
 
     def at(self, point: FloatArray) -> tuple[Component, FloatArray]:
         """The effect's shapes, and its sizes (p,)."""
-        count, shape = self.scale.size, np.array(self.component.shape)
-        free = [one for one in self.shapes if not one.fixed]
-        shape[self.free] = [outer(one, value) for one, value in zip(free, point[count:], strict=True)]
-        return replace(self.component, shape=tuple(map(float, shape))), point[:count] * self.scale
+        count, shapes = self.scale.size, self.start.copy()
+        shapes[self.free] = point[count:]
+        return at_point([self.component], self.shapes, shapes)[0], point[:count] * self.scale
 
     def left(self, point: FloatArray) -> FloatArray | None:
         """(N + p,) white rows that the model leaves with it, and its sizes less their centre.
@@ -122,8 +126,7 @@ class _Sized:
         """
         component, values = self.at(point)
         effect, loop = component.effect(self.examination, self.present), self.examination.loop
-        parts = with_standstill_of(loop.variant(effect).simulated(values), loop.standstill, loop.robot)
-        change = loop.change(parts, FINE)
+        change = loop.change_by(loop.variant(effect), values, FINE)
         if change is None:
             return None
         white = self.examination.whiten([change[:, :, np.newaxis]])

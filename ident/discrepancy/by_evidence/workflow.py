@@ -199,7 +199,7 @@ def _finding(search: Search, searched: Searched, held: HeldOut, number: int) -> 
         placed=placed,
         names=slot(search, searched, number, without, held).names,
         parameters=parameters_of(placed, units, theta, deviation),
-        unsure=unsure(search, searched, number, deviation),
+        unsure=unsure(found, number, deviation),
         confirmation=held.confirmation(found, without),
         explains=float(sizes[joint]),
         left=usual_at(search.problem, found, joint),

@@ -113,27 +113,25 @@ class HeldOut:
             predicted += size
             observed += size + 2.0 * float(change @ (white[:, -1] - with_it))
             excess = float(found.level.excess[j])
-            variance += excess**2 * size + self._of_misfit(found, j, change)
+            smooth = self._smooth(j, change)
+            variance += excess**2 * size + _of_misfit(found, j, smooth)
             if j not in of_others:
-                variance += self._not_smooth(j, change) * change.size * (excess**2 - 1.0)
+                variance += self._not_smooth(j, size, smooth) * change.size * (excess**2 - 1.0)
             shown += self._seen(found, j, change)
         variance += float(shown @ found.posterior.covariance @ shown)
         return Confirmation(0.5 * predicted, float(np.sqrt(variance)), 0.5 * observed)
 
-    def _of_misfit(self, found: Found, j: int, change: FloatArray) -> float:
-        """Variance of changeᵀ r by a joint's misfit."""
+    def _smooth(self, j: int, change: FloatArray) -> FloatArray:
+        """(m,) products of a joint's smooth functions with a change of its rows, Φᵀd."""
         k, m = self.rows.precision.size, self.rows.misfit[j].shape[1]
-        seen = self.rows.white[j][:, k : k + m].T @ change
-        kappa = float(found.level.kappa[j])
-        return float(kappa**2 / max(m, 1) * (seen @ seen))
+        return np.asarray(self.rows.white[j][:, k : k + m].T @ change)
 
-    def _not_smooth(self, j: int, change: FloatArray) -> float:
-        """Energy of a change of a joint's rows that no smooth function has."""
-        k, m = self.rows.precision.size, self.rows.misfit[j].shape[1]
+    def _not_smooth(self, j: int, size: float, smooth: FloatArray) -> float:
+        """Energy of a change of a joint's rows that no smooth function has, of its size ‖d‖² and Φᵀd."""
         values, vectors = self.rows.diagonal[j]
-        along = vectors.T @ (self.rows.white[j][:, k : k + m].T @ change)
         seen = values > _DEPENDENT * values.max(initial=0.0)
-        return max(float(change @ change) - float(np.sum(along[seen] ** 2 / values[seen])), 0.0)
+        along = vectors.T @ smooth
+        return max(size - float(np.sum(along[seen] ** 2 / values[seen])), 0.0)
 
     def _seen(self, found: Found, j: int, change: FloatArray) -> FloatArray:
         """(k + p,) products of a set's columns with a change of a joint's rows."""
@@ -197,7 +195,8 @@ class HeldOut:
         if not change.any():
             return Shown(0.0, 0.0)
         seen = self._seen(found, joint, change)
-        variance = float(seen @ found.posterior.covariance @ seen) + self._of_misfit(found, joint, change)
+        variance = float(seen @ found.posterior.covariance @ seen)
+        variance += _of_misfit(found, joint, self._smooth(joint, change))
         return Shown(shown.share, float(np.hypot(shown.sigma, np.sqrt(variance) / (change @ change))))
 
     def _blocks(self) -> list[IntArray]:
@@ -228,6 +227,12 @@ class HeldOut:
 def _mean(found: Found) -> tuple[FloatArray, FloatArray]:
     """Known factors and θ of a set."""
     return found.posterior.known, found.posterior.theta
+
+
+def _of_misfit(found: Found, j: int, smooth: FloatArray) -> float:
+    """Variance of dᵀr by a joint's misfit, of Φᵀd."""
+    kappa = float(found.level.kappa[j])
+    return float(kappa**2 / max(smooth.size, 1) * (smooth @ smooth))
 
 
 def _prediction(

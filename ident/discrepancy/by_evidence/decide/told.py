@@ -63,15 +63,15 @@ def _essential_may_be_nothing(found: Found, number: int) -> bool:
     return bool(essential and unsure_size(member.entry.placed, essential, theta, deviation, there=True))
 
 
-def unsure(search: Search, searched: Searched, number: int, deviation: FloatArray) -> str:
+def unsure(found: Found, number: int, deviation: FloatArray) -> str:
     """What makes a member its effect and is not told from its absence, in words; empty where all is.
 
     Args:
-        search, searched: the set.
+        found: the set.
         number: of the member.
         deviation: (p,) of its parameters, in their units.
     """
-    member, (theta, covariance) = searched.found.members[number], searched.found.theta(number)
+    member, (theta, covariance) = found.members[number], found.theta(number)
     together = bool(theta @ np.linalg.solve(covariance, theta) > chi2.ppf(HELD, theta.size))
     essential = member.candidate.family.essential
     return unsure_size(member.entry.placed, essential, theta, deviation, together)

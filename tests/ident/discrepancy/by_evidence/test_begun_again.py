@@ -8,14 +8,19 @@ import numpy as np
 import pytest
 
 from ident.discrepancy.by_evidence.decide.begun_again import begun_again
-from ident.discrepancy.by_evidence.decide.present_with import present_with
-from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.search import MOST, Search, key_of
-from ident.discrepancy.by_evidence.decide.state import Found, likelier, without_effects
-from ident.discrepancy.by_evidence.library.candidates import Entry, library
+from ident.discrepancy.by_evidence.decide.state import Found, likelier
+from ident.discrepancy.by_evidence.library.candidates import Entry
 from ident.effects.family import Shape
 from robots.arrays import FloatArray
-from tests.ident.discrepancy.by_evidence.toy_effects import REACH, family, names_of, problem_of, searching
+from tests.ident.discrepancy.by_evidence.toy_effects import (
+    REACH,
+    family,
+    found_alone,
+    names_of,
+    problem_of,
+    searching,
+)
 
 CORNER_AT = -0.04
 GRID = tuple(float(at) for at in np.linspace(-0.08, 0.08, 9))
@@ -39,11 +44,8 @@ def corner_alone(q: FloatArray) -> FloatArray:
 def with_one(hidden: Callable[[FloatArray], FloatArray]) -> tuple[Search, Found, tuple[Entry, ...]]:
     """A search that took a corner and looks no further, and its vocabulary."""
     search = searching(problem_of(hidden), BOTH)
-    empty = without_effects(search.problem)
-    entries = library(search.problem.rows, search.wanted, present_with(search.problem, empty))
-    here = screen(search.problem, empty, entries)
-    (found,) = search.replaced(empty, [one for one in here if one.candidate.family is CORNER])
-    return search, found, entries
+    searched = found_alone(search, CORNER)
+    return search, searched.found, searched.entries
 
 
 def test_two_effects_are_found_that_are_neither_of_them_likeliest_alone() -> None:

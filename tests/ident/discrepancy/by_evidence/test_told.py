@@ -8,17 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.discrepancy.by_evidence.decide.present_with import present_with
-from ident.discrepancy.by_evidence.decide.screening import screen
-from ident.discrepancy.by_evidence.decide.search import Searched
-from ident.discrepancy.by_evidence.decide.state import without_effects
 from ident.discrepancy.by_evidence.decide.told import simplified, unsure
-from ident.discrepancy.by_evidence.library.candidates import library
 from ident.effects.family import Shape
 from robots.arrays import FloatArray
 from tests.ident.discrepancy.by_evidence.toy_effects import (
     NotLookedAt,
     family,
+    found_alone,
     names_of,
     problem_of,
     searching,
@@ -70,13 +66,7 @@ def test_an_effect_that_contains_nothing_stands() -> None:
 def test_of_what_it_contains_only_what_is_there_is_left() -> None:
     """What is superfluous of the names goes, as it does of any set."""
     search = searching(problem_of(lambda position: torque(position, w9=1.0)), [NINE, THIRTEEN, BOTH])
-    empty = without_effects(search.problem)
-    present = present_with(search.problem, empty)
-    entries = library(search.problem.rows, search.wanted, present)
-    several = [one for one in screen(search.problem, empty, entries) if one.candidate.family is BOTH]
-    (found,) = search.replaced(empty, several)
-    searched = Searched(found, empty, present, entries, {})
-    assert names_of(simplified(search, searched, NotLookedAt())) == ["coulomb_friction"]
+    assert names_of(simplified(search, found_alone(search, BOTH), NotLookedAt())) == ["coulomb_friction"]
 
 
 def test_a_size_that_may_be_nothing_is_told() -> None:
@@ -84,5 +74,5 @@ def test_a_size_that_may_be_nothing_is_told() -> None:
     search = searching(
         problem_of(lambda position: torque(position, w9=1.0, w17=0.6)), [replace(BOTH, essential=(1,))]
     )
-    said = unsure(search, search.run(), 0, np.full(2, 0.1))
+    said = unsure(search.run().found, 0, np.full(2, 0.1))
     assert said.startswith("drifting_friction_beside") and said.endswith("which may as well be nothing")

@@ -9,14 +9,16 @@ import numpy as np
 import robots
 from ident import Recording, RegressorModel
 from ident.discrepancy.by_evidence.accepted import accepted_prior
+from ident.discrepancy.by_evidence.decide.present_with import present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, pose
+from ident.discrepancy.by_evidence.decide.screening import screen
 from ident.discrepancy.by_evidence.decide.search import Search, Searched
-from ident.discrepancy.by_evidence.decide.state import Found
+from ident.discrepancy.by_evidence.decide.state import Found, without_effects
 from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
-from ident.discrepancy.by_evidence.library.candidates import candidates
+from ident.discrepancy.by_evidence.library.candidates import candidates, library
 from ident.discrepancy.confirmation import Shown
 from ident.effects import State
-from ident.effects.family import Place, PresentModel, Shape
+from ident.effects.family import EffectFamily, Place, PresentModel, Shape
 from ident.effects.placed import Family, Law, Parameters, Parts, along, each_joint
 from ident.effects.simulated import SimulatedParts
 from ident.parameters.base import base_parameters
@@ -131,6 +133,16 @@ def problem_of(more: Callable[[FloatArray], FloatArray], accepted: bool = False)
 def searching(problem: Problem, families: Sequence[Family]) -> Search:
     """A search that has not begun."""
     return Search(problem, candidates(problem.prepared.robot, families), lambda step, share: None)
+
+
+def found_alone(search: Search, one: EffectFamily) -> Searched:
+    """Where a search would be that took one effect, in its one form, and went no further."""
+    empty = without_effects(search.problem)
+    present = present_with(search.problem, empty)
+    entries = library(search.problem.rows, search.wanted, present)
+    forms = [form for form in screen(search.problem, empty, entries) if form.candidate.family is one]
+    (found,) = search.replaced(empty, forms)
+    return Searched(found, empty, present, entries, {})
 
 
 def names_of(searched: Searched) -> list[str]:
