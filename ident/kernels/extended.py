@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ident.kernels.compilation import compiled
+from ident.kernels.compilation import compiled, making_arrays
 from ident.kernels.controller import control, start_controller
 from ident.kernels.effect_torques import (
     change_gains,
@@ -18,8 +18,8 @@ from ident.kernels.effect_torques import (
     warm_gears,
 )
 from ident.kernels.foot import Foot, follow, links_on_foot, without_foot
-from ident.kernels.friction import BRISTLES, WORK_ROWS, friction, implicit_step
-from ident.kernels.readings import read, read_with_extras, record_with_extras, start_extras
+from ident.kernels.friction import BRISTLES, friction, implicit_step
+from ident.kernels.readings import put, read, read_with_extras, record_with_extras, start_arm, start_extras
 from ident.kernels.rigid_bodies import is_positive_definite, mass_and_bias, turn_on
 from ident.kernels.values import (
     BRISTLE,
@@ -86,7 +86,7 @@ def move_with_extras(  # noqa: C901
     bristles = False
     for k in range(terms.shape[0]):
         bristles = bristles or terms[k, 1] >= BRISTLE
-    memory.sent[step % memory.sent.shape[0]] = output
+    put(output, memory.sent, step % memory.sent.shape[0])
     for i in range(n):
         turn[i, 0], turn[i, 1] = math.cos(q[i]), math.sin(q[i])
     for substep in range(substeps):
@@ -175,7 +175,7 @@ def move_with_extras(  # noqa: C901
     return here
 
 
-@compiled
+@making_arrays
 def closed_loop_with_extras(
     axes: Axes,
     coordinates: IntArray,
@@ -197,23 +197,9 @@ def closed_loop_with_extras(
     Returns:
         as ``loop.closed_loop``.
     """
-    n, m, samples = len(axes), len(coordinates), run.position.shape[0]
-    per_sample = run.reference.shape[0] // samples
+    n, m = len(axes), len(coordinates)
     h = drives.sample_time / substeps
-    arm = Arm(
-        q=run.start[0].copy(),
-        v=run.start[1].copy(),
-        turn=np.empty((n, 2)),
-        signal=np.zeros(n),
-        push=np.zeros(m),
-        bias=np.zeros(m),
-        mass=np.zeros((m, m)),
-        implicit=dynamics.inertia + 0.5 * h * dynamics.damping,
-        check=np.empty((m, m)),
-        factors=np.empty((m, m)),
-        links=np.empty((n, 22)),
-        work=np.zeros((WORK_ROWS, max(m, dynamics.terms.shape[0]))),
-    )
+    arm = start_arm(axes, m, dynamics, run, h)
     loop = Loop(np.empty((drives.reach, n)), np.empty(n), np.zeros(n), np.empty((drives.delay + 1, n)))
     output, measured, rate = np.empty(n), np.empty(n), np.empty(n)
     read(coordinates, drives, arm.q, measured)
@@ -223,6 +209,45 @@ def closed_loop_with_extras(
     for i in range(m):
         arm.work[0, i] = arm.v[i]
         arm.q[i] += 0.5 * h * arm.v[i]
+    return _through(
+        axes,
+        coordinates,
+        dynamics,
+        drives,
+        run,
+        substeps,
+        extras,
+        foot,
+        arm,
+        loop,
+        memory,
+        output,
+        measured,
+        rate,
+    )
+
+
+@compiled
+def _through(
+    axes: Axes,
+    coordinates: IntArray,
+    dynamics: Dynamics,
+    drives: Drives,
+    run: Run,
+    substeps: int,
+    extras: Extras,
+    foot: Foot,
+    arm: Arm,
+    loop: Loop,
+    memory: Memory,
+    output: FloatArray,
+    measured: FloatArray,
+    rate: FloatArray,
+) -> tuple[int, int]:
+    """All samples of a run."""
+    m, samples = len(coordinates), run.position.shape[0]
+    per_sample = run.reference.shape[0] // samples
+    h = drives.sample_time / substeps
     here, step = int(np.int64(4)), int(np.int64(0))  # as in ``closed_loop``
     friction(dynamics.terms, dynamics.spans, extras.laws, arm.work, 0, here)
     for sample in range(samples):
@@ -244,7 +269,7 @@ def closed_loop_with_extras(
                 )
             control(axes, drives, run, loop, measured, step, output)
             if part == 0:
-                run.control_signal[sample] = output
+                put(output, run.control_signal, sample)
             here = move_with_extras(
                 axes,
                 coordinates,
@@ -262,11 +287,13 @@ def closed_loop_with_extras(
                 here,
             )
             if here < 0:
-                run.start[0], run.start[1] = arm.q, arm.v
+                put(arm.q, run.start, 0)
+                put(arm.v, run.start, 1)
                 return NOT_POSITIVE_DEFINITE, sample
             step += 1
         for i in range(m):
             if not abs(arm.v[i]) <= run.speed_limit[i]:
-                run.start[0], run.start[1] = arm.q, arm.v
+                put(arm.q, run.start, 0)
+                put(arm.v, run.start, 1)
                 return UNSTABLE, sample
     return RUNS, samples

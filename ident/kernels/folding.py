@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.kernels.compilation import compiled
+from ident.kernels.compilation import compiled, making_arrays
 from robots.arrays import FloatArray, IntArray
 
 
@@ -49,7 +49,7 @@ def folded(
         products[k] += products[k - 1]
 
 
-@compiled
+@making_arrays
 def best_parts(
     turns: tuple[FloatArray, FloatArray, IntArray],
     rows: tuple[FloatArray, FloatArray, FloatArray],

@@ -6,9 +6,11 @@ with β = ¼, the trapezoidal rule, to the second, but stable at any stiffness a
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ident.kernels.compilation import compiled, inlined
+from ident.kernels.compilation import compiled, inlined, making_arrays
 from robots.arrays import FloatArray
 
 _NEWTON_STEPS = 4
@@ -106,6 +108,21 @@ def link_behind_a_gear(
         found[0, k], found[1, k], found[2, k] = x, v, a
 
 
+class Swing(NamedTuple):
+    """Links in motion, and room for what moves them; written."""
+
+    x: FloatArray
+    """(springs,) lag, and its two rates."""
+    v: FloatArray
+    a: FloatArray
+    end: FloatArray
+    """(springs, 4) of a step: lag and speed without an acceleration, and what one adds to each."""
+    now: FloatArray
+    """(springs, springs, 3) what links feel."""
+    given: FloatArray
+    """(springs, springs + 1) equations of the accelerations, and their right sides."""
+
+
 @inlined
 def _between(slopes: FloatArray, k: int, ahead: float, now: FloatArray) -> None:
     """What links feel within a step; fills ``now``."""
@@ -173,7 +190,7 @@ def _solved(
         a[i] = left / given[i, i]
 
 
-@compiled
+@making_arrays
 def links_behind_gears(
     slopes: FloatArray,
     load: FloatArray,
@@ -200,10 +217,32 @@ def links_behind_gears(
         found: (samples, springs, 3), is filled.
     """
     count = springs.shape[0]
-    x, v, a = start[:, 0].copy(), start[:, 1].copy(), start[:, 2].copy()
-    end = np.empty((count, 4))  # of a step: way and speed without an acceleration, and what one adds to each
-    now, given = slopes[0].copy(), np.empty((count, count + 1))
     found[0] = start
+    swing = Swing(
+        x=start[:, 0].copy(),
+        v=start[:, 1].copy(),
+        a=start[:, 2].copy(),
+        end=np.empty((count, 4)),
+        now=np.empty((count, count, 3)),
+        given=np.empty((count, count + 1)),
+    )
+    _stepped(slopes, load, h, substeps, springs, straight, swing, found)
+
+
+@compiled
+def _stepped(
+    slopes: FloatArray,
+    load: FloatArray,
+    h: float,
+    substeps: int,
+    springs: FloatArray,
+    straight: int,
+    swing: Swing,
+    found: FloatArray,
+) -> None:
+    """All samples but the first; see :func:`links_behind_gears`."""
+    count = springs.shape[0]
+    x, v, a, end, now, given = swing
     for k in range(1, load.shape[0]):
         for s in range(1, substeps + 1):
             ahead = s / substeps

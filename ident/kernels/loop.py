@@ -6,20 +6,19 @@ import math
 
 import numpy as np
 
-from ident.kernels.compilation import compiled
+from ident.kernels.compilation import compiled, making_arrays
 from ident.kernels.controller import control, start_controller
-from ident.kernels.friction import WORK_ROWS, friction, implicit_step
+from ident.kernels.friction import friction, implicit_step
+from ident.kernels.readings import put, start_arm
 from ident.kernels.rigid_bodies import is_positive_definite, mass_and_bias, turn_on
-from ident.kernels.values import NOT_POSITIVE_DEFINITE, RUNS, UNSTABLE, Axes, Drives, Dynamics, Loop, Run
+from ident.kernels.values import NOT_POSITIVE_DEFINITE, RUNS, UNSTABLE, Arm, Axes, Drives, Dynamics, Loop, Run
+from robots.arrays import FloatArray
 
 
-@compiled
-def closed_loop(  # noqa: C901
-    axes: Axes, dynamics: Dynamics, drives: Drives, run: Run, substeps: int
-) -> tuple[int, int]:
+@making_arrays
+def closed_loop(axes: Axes, dynamics: Dynamics, drives: Drives, run: Run, substeps: int) -> tuple[int, int]:
     """Run one simulation; ``run``'s arrays are filled.
 
-    It makes its own arrays and is one function, so that the compiler knows the size of everything in it.
     Velocities are of the instants between steps, positions of the middles of steps (leapfrog): a torque that
     is held over a step then moves the arm exactly, and loads are those of the middle. What the encoders read
     at an instant is half a step of the velocity there before the middle.
@@ -33,17 +32,35 @@ def closed_loop(  # noqa: C901
         RUNS, or NOT_POSITIVE_DEFINITE or UNSTABLE with the sample in which it happened; ``run.start`` then
         holds positions and velocities there.
     """
+    n = len(axes)
+    arm = start_arm(axes, n, dynamics, run, drives.sample_time / substeps)
+    loop = Loop(np.empty((drives.reach, n)), np.empty(n), np.zeros(n), np.empty((drives.delay + 1, n)))
+    output, measured, rate = np.empty(n), np.empty(n), np.empty(n)
+    last, middle = run.start[1].copy(), np.empty(n)
+    return _through(axes, dynamics, drives, run, substeps, arm, loop, output, measured, rate, last, middle)
+
+
+@compiled
+def _through(  # noqa: C901
+    axes: Axes,
+    dynamics: Dynamics,
+    drives: Drives,
+    run: Run,
+    substeps: int,
+    arm: Arm,
+    loop: Loop,
+    output: FloatArray,
+    measured: FloatArray,
+    rate: FloatArray,
+    last: FloatArray,
+    middle: FloatArray,
+) -> tuple[int, int]:
+    """All samples of a run."""
     n, samples = len(axes), run.position.shape[0]
     per_sample = run.reference.shape[0] // samples
     h = drives.sample_time / substeps
-    q, v, turn = run.start[0].copy(), run.start[1].copy(), np.empty((n, 2))
-    output, torque, push, bias = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    mass, check, factors, links = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty((n, 22))
-    drives_part = dynamics.inertia + 0.5 * h * dynamics.damping
-    last, middle = run.start[1].copy(), np.empty(n)
-    work = np.zeros((WORK_ROWS, max(n, dynamics.terms.shape[0])))
-    loop = Loop(np.empty((drives.reach, n)), np.empty(n), np.zeros(n), np.empty((drives.delay + 1, n)))
-    measured, rate = np.empty(n), np.empty(n)
+    q, v, turn, torque, push, bias = arm.q, arm.v, arm.turn, arm.signal, arm.push, arm.bias
+    mass, check, work = arm.mass, arm.check, arm.work
     for i in range(n):
         work[0, i] = v[i]
         measured[i], rate[i] = 0.0, 0.0
@@ -69,7 +86,7 @@ def closed_loop(  # noqa: C901
             control(axes, drives, run, loop, measured, step, output)
             step += 1
             if part == 0:
-                run.control_signal[sample] = output
+                put(output, run.control_signal, sample)
             for i in range(n):
                 torque[i] = -dynamics.constant[i]
                 for j in range(n):
@@ -87,20 +104,21 @@ def closed_loop(  # noqa: C901
                     middle,
                     mass,
                     bias,
-                    links,
+                    arm.links,
                 )
                 if substep == 0:
                     for i in range(n):
                         for j in range(n):
                             check[i, j] = mass[i, j] + dynamics.inertia[i, j]
-                    if not is_positive_definite(axes, check, factors):
-                        run.start[0], run.start[1] = q, v
+                    if not is_positive_definite(axes, check, arm.factors):
+                        put(q, run.start, 0)
+                        put(v, run.start, 1)
                         return NOT_POSITIVE_DEFINITE, sample
                 for i in range(n):
                     force = torque[i] - bias[i]
                     for j in range(n):
                         force -= dynamics.damping[i, j] * v[j]
-                        mass[i, j] += drives_part[i, j]
+                        mass[i, j] += arm.implicit[i, j]
                     push[i] = h * force
                 here = implicit_step(
                     axes,
@@ -120,6 +138,7 @@ def closed_loop(  # noqa: C901
                 turn_on(axes, q, turn, v, h)
         for i in range(n):
             if not abs(v[i]) <= run.speed_limit[i]:
-                run.start[0], run.start[1] = q, v
+                put(q, run.start, 0)
+                put(v, run.start, 1)
                 return UNSTABLE, sample
     return RUNS, samples

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.kernels.compilation import compiled
+from ident.kernels.compilation import compiled, making_arrays
 from ident.kernels.effect_torques import look_up
+from ident.kernels.friction import WORK_ROWS
 from ident.kernels.values import (
     Arm,
     Axes,
@@ -19,6 +20,13 @@ from robots.arrays import FloatArray, IntArray
 
 
 @compiled
+def put(values: FloatArray, table: FloatArray, row: int) -> None:
+    """Write values into a row of a table."""
+    for i in range(values.shape[0]):
+        table[row, i] = values[i]
+
+
+@compiled
 def read(coordinates: IntArray, drives: Drives, q: FloatArray, measured: FloatArray) -> None:
     """Drive outputs (n,), or their velocities, of coordinates (m,), or theirs; written to ``measured``."""
     for i in range(measured.shape[0]):
@@ -27,7 +35,27 @@ def read(coordinates: IntArray, drives: Drives, q: FloatArray, measured: FloatAr
             measured[i] += drives.transmission[i, j] * q[j]
 
 
-@compiled
+@making_arrays
+def start_arm(axes: Axes, m: int, dynamics: Dynamics, run: Run, h: float) -> Arm:
+    """The arm with m coordinates where a run begins, and room for what follows from them; steps of h s."""
+    n = len(axes)
+    return Arm(
+        q=run.start[0].copy(),
+        v=run.start[1].copy(),
+        turn=np.empty((n, 2)),
+        signal=np.zeros(n),
+        push=np.zeros(m),
+        bias=np.zeros(m),
+        mass=np.zeros((m, m)),
+        implicit=dynamics.inertia + 0.5 * h * dynamics.damping,
+        check=np.empty((m, m)),
+        factors=np.empty((m, m)),
+        links=np.empty((n, 22)),
+        work=np.zeros((WORK_ROWS, max(m, dynamics.terms.shape[0]))),
+    )
+
+
+@making_arrays
 def start_extras(
     axes: Axes,
     dynamics: Dynamics,

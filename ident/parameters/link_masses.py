@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ident.kernels.compilation import compiled
+from ident.kernels.compilation import making_arrays
 from ident.kernels.rigid_bodies import mass_and_bias
 from ident.kernels.values import Axes
 from robots.arrays import FloatArray
 
 
-@compiled
+@making_arrays
 def masses_along(
     axes: Axes, frames: FloatArray, links: FloatArray, position: FloatArray, masses: FloatArray
 ) -> None:

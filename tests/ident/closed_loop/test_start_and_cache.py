@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numba.core import config
 from numba.types import Literal
 
 import robots
@@ -19,7 +21,8 @@ from ident.closed_loop import simulate
 from ident.closed_loop.leading import leading_of, start_velocity
 from ident.closed_loop.simulate import run_in_python
 from ident.closed_loop.torque_parts import ModelStructure
-from ident.kernels.compilation import stamp_of
+from ident.kernels import gears
+from ident.kernels.compilation import compiled, making_arrays, stamp_of
 from ident.kernels.friction import implicit_step
 from ident.kernels.loop import closed_loop
 from ident.preparation.set_points import set_point_accelerations
@@ -208,3 +211,17 @@ def test_a_stamp_is_that_of_all_files(tmp_path: Path) -> None:
     two = stamp_of(tmp_path)
     (tmp_path / "b.py").write_text("y")
     assert len({one, two, stamp_of(tmp_path)}) == 3
+
+
+@pytest.mark.parametrize(("made", "counts"), [(compiled, False), (making_arrays, True)])
+def test_machine_code_of_a_step_counts_no_references(
+    made: Callable[..., Any], counts: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """numba's setting for it has an underscore before its name; steps that count take half as long again."""
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))  # what comes from there has no text to look at
+    steps: Any = gears._stepped
+    function, room = made(steps.py_func), np.ones((1, 2))
+    swing = gears.Swing(np.zeros(1), np.zeros(1), np.zeros(1), np.ones((1, 4)), np.ones((1, 1, 3)), room)
+    function(np.ones((2, 1, 1, 3)), np.ones((2, 1)), 1e-3, 1, np.ones((1, 4)), 1, swing, np.ones((2, 1, 3)))
+    (text,) = function.inspect_llvm().values()
+    assert ("NRT_incref" in text) is counts
