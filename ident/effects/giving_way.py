@@ -26,9 +26,17 @@ from ident.effects.gear_state import PARTS, unless_too_far
 from ident.effects.state import State
 from ident.effects.ways import Pliant, Way
 from robots.arrays import FloatArray
+from robots.identity_cache import IdentityCache
 
+_KEPT = 6
+"""Courses along a motion, 10 MB each: shapes of the same places ask for one again and again."""
 _SEEN = 1e-3
 """Of the largest: how links began is not asked of what springs carry less of."""
+
+
+def _is_alike(one: tuple[object, object], other: tuple[object, object]) -> bool:
+    """Whether the very model is asked about the same places."""
+    return one[0] is other[0] and one[1] == other[1]
 
 
 def torque_of_giving_way(own: Sequence[Pliant], present: PresentModel, state: State) -> FloatArray:
@@ -92,8 +100,9 @@ class _Links:
     def of(cls, places: Sequence[Pliant], present: PresentModel, state: State) -> _Links:
         """Along a measured motion."""
         assert state.time is not None
-        key = "feel", tuple((one.along.tobytes(), one.offset) for one in places)
-        course: Course = state.once(present, key, lambda: felt(places, present, state))
+        courses: IdentityCache[Course] = state.once(None, "felt", lambda: IdentityCache(_KEPT, _is_alike))
+        asked = present, tuple((one.along.tobytes(), one.offset) for one in places)
+        course = courses.of(asked, lambda: felt(places, present, state))
         own = np.array([one.own for one in places])
         matrix = course.matrix.copy()
         np.einsum("saa->sa", matrix[..., 2])[:] += own

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import eq
+
 import numpy as np
 
 from robots.identity_cache import IdentityCache
@@ -29,3 +31,15 @@ def test_what_is_forgotten_is_made_again() -> None:
     assert cache.of(asked, lambda: 1) == cache.of(asked, lambda: 2) == 1
     cache.forget()
     assert cache.of(asked, lambda: 2) == 2
+
+
+def test_what_is_the_same_can_be_said() -> None:
+    cache: IdentityCache[int] = IdentityCache(2, same=eq)
+    assert cache.of((1, "a"), lambda: 1) == cache.of((1, "a"), lambda: 2) == 1
+
+
+def test_what_was_made_meanwhile_stays() -> None:
+    cache: IdentityCache[int] = IdentityCache(4)
+    first, second = np.zeros(3), np.ones(3)
+    assert cache.of(first, lambda: cache.of(second, lambda: 1) + 1) == 2
+    assert cache.of(second, lambda: 3) == 1

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
-from ident.effects import State
+from ident.effects import State, giving_way
 from ident.effects.elastic_gear import link_inertia
 from ident.effects.foot import AXES, inertia_on_foot
 from ident.effects.giving_way import torque_of_giving_way, torque_through_gears
@@ -210,3 +210,20 @@ def test_a_foot_that_cannot_hold_the_arm_is_no_foot() -> None:
     """Softer than what the arm weighs on it, it would have fallen over: 10⁵⁴ N·m are nobody's."""
     fallen = placed("base_compliance", 0, 0.02, 2.0, 0.3, 0.08)
     assert not torque_of_giving_way(places_of((fallen,)), KNOWN, STATE).any()
+
+
+def test_a_motion_keeps_few_courses_whatever_is_asked_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """10 MB each of a minute: with those of every model and every pair a play took 2.2 GB."""
+    made: list[int] = []
+    real = giving_way.felt
+    monkeypatch.setattr(giving_way, "felt", lambda *given: made.append(1) or real(*given))
+    state = shaken()
+    models = [with_effects((gear(drive, 9.0),)) for drive in (0, 3)]
+    for drive in range(1, 5):
+        for model in models:
+            places = places_of((gear(drive, 8.0),))
+            ways = [giving_way.ways_of(places, model, state)[0].way for _ in range(2)]
+            assert np.array_equal(*ways)
+    assert len(made) == 8  # of each model, once
+    courses = state.once(None, "felt", pytest.fail)
+    assert len(courses._answers) == giving_way._KEPT < 8
