@@ -6,6 +6,8 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ident.discrepancy.basis import Basis
 from ident.discrepancy.by_evidence.decide.names import SURE, Key, Named, Slot, as_limit, with_nats
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, EvidenceFinding
@@ -148,11 +150,16 @@ def _with_rival(course: Course, number: int, rival: Named) -> Course | None:
 
 
 def _taken(course: Course, components: Sequence[Component], bases: Sequence[Basis]) -> Course | None:
-    """Where the search would be with these effects for its findings; None where one has no size."""
+    """Where the search would be with these effects for its findings; None where one has no size.
+
+    Nor have two with a column in common: a power of the speed in the place of dry friction, beside a
+    finding of viscous friction, left equations without an answer, and the diagnosis ended with these.
+    """
     other = Course.begun(course.prepared, course.first)
     try:
         other.take(components, bases)
-    except ArithmeticError as error:
+        _ = other.step.shown
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
         _log.info("%s: %s", ", ".join(one.key[0] for one in components), error)
         return None
     return other

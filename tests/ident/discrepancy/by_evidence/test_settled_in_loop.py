@@ -46,8 +46,8 @@ class Course:
     def take(self, components: Sequence[Any], bases: Sequence[Any]) -> None:
         """Go on with others."""
         self.findings = [Accepted(one, basis) for one, basis in zip(components, bases, strict=True)]
-        model = SimpleNamespace(robot=None)
-        self.step = SimpleNamespace(base=SimpleNamespace(model=model), has=components[0].key[0])
+        base = SimpleNamespace(model=SimpleNamespace(robot=None))
+        self.step = SimpleNamespace(base=base, shown=(), has=components[0].key[0])
 
 
 def settled(
@@ -323,3 +323,20 @@ def test_drives_hold_at_standstill_as_fitted_recordings_show_it() -> None:
         with pytest.raises(Asked) as raised:
             diagnosis._answer(question, loop, cast(Any, ("another recording",)))
         assert raised.value.args == (("another recording",), "noise", asked)
+
+
+def test_a_rival_with_a_column_of_another_finding_has_no_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A power of the speed beside viscous friction: the diagnosis ended in equations without an answer."""
+
+    class Step:
+        @property
+        def shown(self) -> Any:
+            return np.linalg.solve(np.ones((2, 2)), np.ones(2))
+
+    begun: Any = SimpleNamespace(take=lambda components, bases: None, step=Step())
+    monkeypatch.setattr(in_motion.Course, "begun", lambda *given: begun)
+    course: Any = SimpleNamespace(prepared=(), first=None)
+    rival: Any = SimpleNamespace(key=COULOMB)
+    assert in_motion._taken(course, [rival], [None]) is None  # type: ignore[list-item]
+    begun.step = SimpleNamespace(shown=np.zeros(2))
+    assert in_motion._taken(course, [rival], [None]) is begun  # type: ignore[list-item]
