@@ -1509,6 +1509,18 @@ RULES = (
         "np.inf",
     ),
     Broken(
+        "a rival with a column of another finding has no size",
+        f"{_BY}in_motion.py",
+        "_ = other.step.shown",
+        "pass",
+    ),
+    Broken(
+        "a motion keeps the courses of links that were asked for last",
+        "ident/effects/giving_way.py",
+        "IdentityCache(_KEPT, _is_alike)",
+        "IdentityCache(99, _is_alike)",
+    ),
+    Broken(
         "a rival that the rows fit with no size is none",
         f"{_BY}in_motion.py",
         "_may_be_nothing(other, number) or _is_its_parts",
