@@ -1511,8 +1511,8 @@ RULES = (
     Broken(
         "a rival with a column of another finding has no size",
         f"{_BY}in_motion.py",
-        "_ = other.step.shown",
-        "pass",
+        "_ = other.step.shown  # raises",
+        "pass  # raises",
     ),
     Broken(
         "a motion keeps the courses of links that were asked for last",

@@ -110,6 +110,9 @@ class Examination:
 
         Against a prior these are the prior's own, with free what the prior leaves free and what was found;
         otherwise the fitted ones.
+
+        Raises:
+            ArithmeticError: two that are free have a column in common, so neither has a size.
         """
         if self.prior is None:
             return self.beta
@@ -120,7 +123,10 @@ class Examination:
         free = ~held
         scale = np.linalg.norm(x[:, free], axis=0)
         cross = (z[:, free] / scale).T @ (x[:, free] / scale)
-        beta[free] = np.linalg.solve(cross, (z[:, free] / scale).T @ (y - x @ beta)) / scale
+        try:
+            beta[free] = np.linalg.solve(cross, (z[:, free] / scale).T @ (y - x @ beta)) / scale
+        except np.linalg.LinAlgError:
+            raise ArithmeticError("effects of the model have a column in common") from None
         return beta
 
     def partial_out(self, columns: FloatArray) -> FloatArray:

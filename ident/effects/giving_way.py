@@ -135,7 +135,7 @@ class _Links:
     def run(self, points: slice, begun: FloatArray, load: FloatArray | None = None) -> FloatArray:
         """Points × places × 3, from a state (places, 3) at the first of them on."""
         # Imported here: the compiler takes a second to load, and most commands need no gear state.
-        from ident.kernels.gears import links_behind_gears
+        from ident.kernels.gears import Swing, links_behind_gears
 
         load = (self.course.load if load is None else load)[points]
         each = zip(self.places, self.frequencies, strict=True)
@@ -143,7 +143,7 @@ class _Links:
         straight, part = sum(one.gear.is_linear for one in self.places), self.step / (PARTS * substeps)
         found = np.empty((*load.shape, 3))
         matrix = self.course.matrix[points]
-        links_behind_gears(matrix, load, part, substeps, self.springs, straight, begun, found)
+        links_behind_gears(matrix, load, part, substeps, self.springs, straight, Swing.of(begun), found)
         return found
 
     def swing(self, repeats: bool) -> FloatArray:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.kernels.compilation import compiled, inlined, making_arrays
+from ident.kernels.compilation import compiled, inlined
 from robots.arrays import FloatArray
 
 _NEWTON_STEPS = 4
@@ -122,6 +122,13 @@ class Swing(NamedTuple):
     given: FloatArray
     """(springs, springs + 1) equations of the accelerations, and their right sides."""
 
+    @classmethod
+    def of(cls, start: FloatArray) -> Swing:
+        """From lags and their rates (springs, 3) on."""
+        count = start.shape[0]
+        x, v, a = start.T.copy()
+        return cls(x, v, a, np.empty((count, 4)), np.empty((count, count, 3)), np.empty((count, count + 1)))
+
 
 @inlined
 def _between(slopes: FloatArray, k: int, ahead: float, now: FloatArray) -> None:
@@ -190,7 +197,7 @@ def _solved(
         a[i] = left / given[i, i]
 
 
-@making_arrays
+@compiled
 def links_behind_gears(
     slopes: FloatArray,
     load: FloatArray,
@@ -198,7 +205,7 @@ def links_behind_gears(
     substeps: int,
     springs: FloatArray,
     straight: int,
-    start: FloatArray,
+    swing: Swing,
     found: FloatArray,
 ) -> None:
     """Links that push each other: writes the lag behind each spring and its two rates at each sample.
@@ -213,36 +220,13 @@ def links_behind_gears(
         substeps: per sample.
         springs: (springs, 4) stiffness, damping, half the gap, and what stiffens.
         straight: how many of them, the first, have neither of the last two.
-        start: (springs, 3) lags and their rates at the first sample.
+        swing: the links at the first sample.
         found: (samples, springs, 3), is filled.
     """
     count = springs.shape[0]
-    found[0] = start
-    swing = Swing(
-        x=start[:, 0].copy(),
-        v=start[:, 1].copy(),
-        a=start[:, 2].copy(),
-        end=np.empty((count, 4)),
-        now=np.empty((count, count, 3)),
-        given=np.empty((count, count + 1)),
-    )
-    _stepped(slopes, load, h, substeps, springs, straight, swing, found)
-
-
-@compiled
-def _stepped(
-    slopes: FloatArray,
-    load: FloatArray,
-    h: float,
-    substeps: int,
-    springs: FloatArray,
-    straight: int,
-    swing: Swing,
-    found: FloatArray,
-) -> None:
-    """All samples but the first; see :func:`links_behind_gears`."""
-    count = springs.shape[0]
     x, v, a, end, now, given = swing
+    for i in range(count):
+        found[0, i, 0], found[0, i, 1], found[0, i, 2] = x[i], v[i], a[i]
     for k in range(1, load.shape[0]):
         for s in range(1, substeps + 1):
             ahead = s / substeps

@@ -219,9 +219,8 @@ def test_machine_code_of_a_step_counts_no_references(
 ) -> None:
     """numba's setting for it has an underscore before its name; steps that count take half as long again."""
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))  # what comes from there has no text to look at
-    steps: Any = gears._stepped
-    function, room = made(steps.py_func), np.ones((1, 2))
-    swing = gears.Swing(np.zeros(1), np.zeros(1), np.zeros(1), np.ones((1, 4)), np.ones((1, 1, 3)), room)
+    steps: Any = gears.links_behind_gears
+    function, swing = made(steps.py_func), gears.Swing.of(np.zeros((1, 3)))
     function(np.ones((2, 1, 1, 3)), np.ones((2, 1)), 1e-3, 1, np.ones((1, 4)), 1, swing, np.ones((2, 1, 3)))
     (text,) = function.inspect_llvm().values()
     assert ("NRT_incref" in text) is counts

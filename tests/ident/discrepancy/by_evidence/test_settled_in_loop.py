@@ -17,6 +17,7 @@ from ident.discrepancy.by_evidence.decide.names import Named, Slot, probabilitie
 from ident.discrepancy.by_evidence.taken import is_of_reversals, rivals_in_loop
 from ident.discrepancy.component import Component
 from ident.discrepancy.confirmation import Shown
+from ident.discrepancy.examination import Examination
 from ident.discrepancy.validation import Validation
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
@@ -328,10 +329,19 @@ def test_drives_hold_at_standstill_as_fitted_recordings_show_it() -> None:
 def test_a_rival_with_a_column_of_another_finding_has_no_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """A power of the speed beside viscous friction: the diagnosis ended in equations without an answer."""
 
+    columns, free = np.ones((5, 2)), np.diag([np.inf, np.inf])
+    examination: Any = SimpleNamespace(
+        prior=SimpleNamespace(covariance=free, values=np.zeros(2)),
+        data_rows=5,
+        regressor=columns,
+        torque=np.ones(5),
+        instruments=columns,
+    )
+
     class Step:
         @property
         def shown(self) -> Any:
-            return np.linalg.solve(np.ones((2, 2)), np.ones(2))
+            return vars(Examination)["shown"].fget(examination)
 
     begun: Any = SimpleNamespace(take=lambda components, bases: None, step=Step())
     monkeypatch.setattr(in_motion.Course, "begun", lambda *given: begun)
