@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import binary_dilation, binary_opening
-from scipy.signal import lfilter
+from scipy.ndimage import binary_dilation, binary_opening, convolve1d
 
 from ident.closed_loop import SimulatedRun
 from ident.closed_loop.torque_parts import TorqueParts
@@ -154,8 +154,8 @@ class LoopEvidence:
     def motion_of_rows(self) -> list[State]:
         """Per recording, the simulated motion at its rows, with the recording's time."""
         return [
-            replace(_at(motion, self._rows_of(piece)), time=piece.started + self._row_times(piece))
-            for piece, motion in zip(self.loop.prepared, self.motion, strict=True)
+            replace(_at(motion, rows), time=piece.started + self._row_times(piece))
+            for piece, motion, rows in zip(self.loop.prepared, self.motion, self._rows, strict=True)
         ]
 
     def base_columns(self) -> FloatArray:
@@ -179,18 +179,23 @@ class LoopEvidence:
 
     def _columns(self, effect: Effect | BaseParameters) -> FloatArray:
         """Columns at the simulated motion, as drive torque, tiled over the recordings."""
-        back = np.linalg.inv(self.robot.transmission_matrix)
         parts = []
-        for piece, motion in zip(self.loop.prepared, self.motion, strict=True):
-            rows = self._rows_of(piece)
+        for piece, motion, rows in zip(self.loop.prepared, self.motion, self._rows, strict=True):
             if isinstance(effect, Placed) and _drifts(effect):
                 whole = _at(motion, rows)
                 time = piece.started + self._row_times(piece)
-                columns = effect.columns(replace(whole, time=time))
+                parts.append(self._at_drives(effect.columns(replace(whole, time=time))))
             else:
-                columns = effect.columns(motion)[rows]
-            parts.append(np.einsum("rjp,jd->rdp", columns, back))
+                parts.append(self._at_drives(effect.columns(motion)).take(rows, axis=0))
         return np.concatenate(parts)
+
+    def _at_drives(self, columns: FloatArray) -> FloatArray:
+        """Joints' columns, as the drives' torque."""
+        return np.asarray(np.einsum("rjp,jd->rdp", columns, self._back))
+
+    @cached_property
+    def _back(self) -> FloatArray:
+        return np.asarray(np.linalg.inv(self.robot.transmission_matrix))
 
     def moving(self) -> BoolArray:
         """Rows × drives: not at rest, nor within a moment of it; a reversal is no rest.
@@ -200,8 +205,8 @@ class LoopEvidence:
         parts = []
         matrix = self.robot.transmission_matrix
         slow = _REST_SPEED * (np.abs(matrix) @ self.robot.velocity_limits)
-        for piece, motion in zip(self.loop.prepared, self.motion, strict=True):
-            still = np.abs(motion.velocity @ matrix.T)[self._rows_of(piece)] < slow
+        for piece, motion, rows in zip(self.loop.prepared, self.motion, self._rows, strict=True):
+            still = np.abs(motion.velocity @ matrix.T)[rows] < slow
             row = piece.recording.sample_time * self.loop.decimation
             long = np.ones((max(2, round(_REST / row)), 1), dtype=np.bool_)
             at_rest = binary_opening(still, long)
@@ -213,22 +218,24 @@ class LoopEvidence:
         middle = settled(piece) + np.arange(rows) * decimation + decimation // 2
         return np.asarray(piece.recording.time[middle])
 
-    def _rows_of(self, piece: PreparedRecording) -> IntArray:
-        """Which row of the simulated motion stands for each row of a recording."""
-        rows, decimation = self.loop.count(piece), self.loop.decimation
-        middle = settled(piece) + np.arange(rows) * decimation + decimation // 2
-        first = sample_of(piece, middle)
-        # By identity: two recordings may have one name, and samples are not compared.
-        (number,) = (k for k, one in enumerate(self.loop.prepared) if one is piece)
-        most = self.motion[number].position.shape[0] - 1
-        return np.asarray(np.minimum((first - decimation // 2) // decimation, most))
+    @cached_property
+    def _rows(self) -> tuple[IntArray, ...]:
+        """Per recording, which row of the simulated motion stands for each of its rows."""
+        decimation, found = self.loop.decimation, []
+        for piece, motion in zip(self.loop.prepared, self.motion, strict=True):
+            middle = settled(piece) + np.arange(self.loop.count(piece)) * decimation + decimation // 2
+            first = (sample_of(piece, middle) - decimation // 2) // decimation
+            found.append(np.asarray(np.minimum(first, motion.position.shape[0] - 1)))
+        return tuple(found)
 
     def _through_loop(self, columns: FloatArray) -> FloatArray:
         if self.answer is None:
             return columns
         out = np.zeros_like(columns)
-        for drive in np.flatnonzero(columns.any(axis=(0, 2))):  # most effects are of one drive
-            out[:, drive] = lfilter(self.answer[drive], [1.0], columns[:, drive], axis=0)
+        for drive, answer in enumerate(self.answer):
+            if columns[:, drive].any():  # most effects are of one drive
+                own = out[:, drive]
+                convolve1d(columns[:, drive], answer, 0, own, mode="constant", origin=-(_TAPS // 2))
         return out
 
     def with_answer(self, exact: FloatArray, which: Sequence[int]) -> LoopEvidence:

@@ -35,8 +35,11 @@ _SPRING, _CABLE, _STIFFENED, _CONTACT = 0.1, 0.03, 0.1, 0.3
 """Deviations of what springs pull with at the end of the way (:func:`ident.effects.scales.way`), of the
 rated torque."""
 
-_RESTS = tuple(float(share) for share in np.linspace(0.1, 0.9, 17))
+_RESTS, _REST_ENDS = np.linspace(0.1, 0.9, 17), np.array([0.05, 0.95])
 """Of the travel: closer than a contact's; a cable with a wrong rest pulls where it should hang free."""
+
+_CORNERS = np.arange(4, 197) / 200
+"""Of the travel: where something may begin."""
 
 _MARGIN = 0.2
 """rad (or m) beyond the joint's limits that the simulation's table reaches."""
@@ -136,20 +139,20 @@ def _contact(
     return Parameters(("contact",), (unit,), (POSITIVE,), scale), law, parts
 
 
-def _within_limits(robot: Robot, place: Place, shares: tuple[float, ...]) -> tuple[float, ...]:
+def _within_limits(robot: Robot, place: Place, shares: FloatArray) -> tuple[float, ...]:
     joint = place.joints[0]
     lower, upper = float(robot.lower[joint]), float(robot.upper[joint])
-    return tuple(lower + share * (upper - lower) for share in shares)
+    return tuple((lower + shares * (upper - lower)).tolist())
 
 
 def _rest_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    low, high = _within_limits(robot, place, (0.05, 0.95))
+    low, high = _within_limits(robot, place, _REST_ENDS)
     grid = _within_limits(robot, place, _RESTS)
     return (Shape("rest_angle", angle_unit(robot, place), grid, low, high),)
 
 
 def _contact_shapes(robot: Robot, place: Place) -> tuple[Shape, ...]:
-    grid = _within_limits(robot, place, tuple(k / 200 for k in range(4, 197)))
+    grid = _within_limits(robot, place, _CORNERS)
     return (
         Shape("contact_angle", angle_unit(robot, place), grid, grid[0], grid[-1], scanned="corner"),
         Shape("side", "1", (-1.0, 1.0), -1.0, 1.0, fixed=True),

@@ -66,7 +66,7 @@ def test_two_recordings_may_have_one_name() -> None:
     both = replace(
         found, loop=replace(found.loop, prepared=(piece, shorter)), motion=(*found.motion, *found.motion)
     )
-    rows = [one.shape[0] for one in map(both._rows_of, both.loop.prepared)]
+    rows = [one.position.shape[0] for one in both.motion_of_rows()]
     assert rows == [both.loop.count(piece), both.loop.count(shorter)] and rows[0] > rows[1]
 
 

@@ -19,8 +19,9 @@ def filtered(
     taps: FloatArray,
     scale: FloatArray | None = None,
     single: bool = False,
+    least: float = 0.0,
 ) -> FloatArray | NDArray[np.float32] | None:
-    """Some filtered rows of a joint; None where it has nothing in any row.
+    """Some filtered rows of a joint; None where none of them has anything.
 
     Args:
         values: rows × joints × p.
@@ -29,6 +30,7 @@ def filtered(
         taps: of the filter, the present row's first.
         scale: (p,) that each column is multiplied by, 1 where None.
         single: whether the answer is of half the size; it is calculated as precisely.
+        least: what is nothing.
 
     Returns:
         (N, p).
@@ -37,11 +39,11 @@ def filtered(
     count = values.shape[2]
     scale = np.ones(count) if scale is None else np.ascontiguousarray(scale, dtype=np.float64)
     out = np.empty((chosen.size, count), dtype=np.float32 if single else np.float64)
-    return out if _kernel()(values, joint, chosen, taps, scale, out) else None
+    return out if _kernel()(values, joint, chosen, taps, scale, out) > least else None
 
 
 @cache
-def _kernel() -> Callable[..., bool]:
+def _kernel() -> Callable[..., float]:
     """Machine code, kept on disk."""
     # Imported here: the compiler takes a second to load, and most commands need no rows.
     from ident.kernels.compilation import compiled_with_stamp
@@ -56,8 +58,8 @@ def _run(
     taps: FloatArray,
     scale: FloatArray,
     out: FloatArray | NDArray[np.float32],
-) -> bool:
-    """Write the rows; whether there is anything in the joint's."""
+) -> float:
+    """Write the rows; the largest of them."""
     there = False
     for row in range(values.shape[0]):
         for column in range(values.shape[2]):
@@ -66,13 +68,17 @@ def _run(
                 break
         if there:
             break
+    largest = 0.0
     if not there:
-        return False
+        return largest
     for k in range(chosen.size):
         row = chosen[k]
         for column in range(values.shape[2]):
             total = taps[0] * values[row, joint, column]
             for lag in range(1, taps.size):
                 total += taps[lag] * values[row - lag, joint, column]
-            out[k, column] = total * scale[column]
-    return True
+            value = total * scale[column]
+            out[k, column] = value
+            if abs(value) > largest:
+                largest = abs(value)
+    return largest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class Noise:
     coefficients: FloatArray
     deviation: float
 
-    @property
+    @cached_property
     def taps(self) -> FloatArray:
         """(order + 1,) the filter that makes e_t white, of unit variance."""
         return np.asarray(np.concatenate([[1.0], -self.coefficients]) / self.deviation)
@@ -79,10 +80,10 @@ class Whitener:
         return np.zeros((self.chosen.size, values.shape[1])) if white is None else np.asarray(white)
 
     def effect(
-        self, columns: FloatArray, joint: int, scale: FloatArray, single: bool
+        self, columns: FloatArray, joint: int, scale: FloatArray, single: bool, least: float = 0.0
     ) -> FloatArray | NDArray[np.float32] | None:
         """White columns (N, p) of an effect, rows × joints × p, at a joint; see :func:`filtered`."""
-        return filtered(columns, joint, self.chosen, self.noise.taps, scale, single)
+        return filtered(columns, joint, self.chosen, self.noise.taps, scale, single, least)
 
     def back(self, white: FloatArray, rows: int) -> FloatArray:
         """(rows,) what white rows (N,) come to at the rows before whitening: the adjoint, Wᵀ."""

@@ -224,7 +224,7 @@ class Rows:
         thin = self.thin(placed)
         scale = np.array(placed.scale)
         joints = tuple(
-            _shown(whitener.effect(thin, j, scale, single)) for j, whitener in enumerate(self.whiteners)
+            whitener.effect(thin, j, scale, single, _NOTHING) for j, whitener in enumerate(self.whiteners)
         )
         bounds = np.array(placed.bounds) / scale[:, np.newaxis]
         unsaid = self._unsaid(thin) if placed.of_measured else 0.0
@@ -242,13 +242,6 @@ class Rows:
                 open_to = float(np.abs(self.prepared.torque[acts, j]).max())
                 total += int(acts.sum()) * max(float(np.log(open_to / noise.deviation)), 0.0)
         return total
-
-
-def _shown(white: Columns | None) -> Columns | None:
-    """White columns of a joint; None where there is nothing in them."""
-    if white is None or max(white.max(initial=0.0), -white.min(initial=0.0)) <= _NOTHING:
-        return None
-    return white
 
 
 def effect_rows(prepared: Prepared, effect: PlacedEffect) -> FloatArray:
