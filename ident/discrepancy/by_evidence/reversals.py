@@ -15,9 +15,9 @@ from itertools import chain, zip_longest
 import numpy as np
 
 from ident.closed_loop.at_once import at_once
-from ident.discrepancy.by_evidence.decide.left_over import misfit_of
+from ident.discrepancy.by_evidence.decide.left_over import misfit_of, usual_at
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot, as_limit, probabilities
-from ident.discrepancy.by_evidence.decide.no_name import AS_NOT, NO_NAME, odds_beforehand
+from ident.discrepancy.by_evidence.decide.no_name import AS_NOT, NO_NAME, OUTSIDE
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside, root_mean_square
 from ident.discrepancy.by_evidence.decide.scanned import scanned
@@ -127,16 +127,20 @@ def _odds_of_no_name(
 ) -> float:
     """Log odds of something without a name against the only effect of a set, before other motion is asked.
 
-    How a friction that motion has shown turns its sign no moving row says, and the law of its drive is that
-    of the friction before it: what is more at the same drive's reversals is as likely as not that, where it
-    is no more than that friction.
+    What every arm leaves is on all rows, and an effect of reversals on few: where it acts they are compared
+    (a static friction of 0.25 N·m is 0.02 N·m on all rows, and 0.03 N·m are usual). How a friction that
+    motion has shown turns its sign no moving row says, and the law of its drive is that of the friction
+    before it: what is more at the same drive's reversals is as likely as not that, where it is no more than
+    that friction.
     """
     (member,) = found.members
     at = member.candidate.key[1]
     on_it = [pair for pair in beside if pair[0].place.joints == at and is_friction(pair[0])]
     most = sum(_most_of(problem, *pair) for pair in on_it)
     turned = member.is_friction and most > _most_of(problem, member.entry.placed, found.theta(0)[0])
-    return float(np.log(AS_NOT if turned else odds_beforehand(problem, found, 0)))
+    joint, square = _where_it_acts(problem, found)
+    usual = usual_at(problem, found, joint)
+    return float(np.log(AS_NOT if turned or square <= usual**2 else OUTSIDE))
 
 
 def _most_of(problem: Problem, placed: PlacedEffect, values: FloatArray) -> float:
@@ -243,17 +247,22 @@ def _simulated(problem: Problem, empty: Found, one: Screened, present: PresentWi
 
 
 def _explains(problem: Problem, found: Found) -> bool:
-    """Whether an effect explains more than stays unexplained, on the rows where it acts.
+    """Whether an effect explains more than stays unexplained, on the rows where it acts."""
+    joint, square = _where_it_acts(problem, found)
+    rough = problem.rows.noise[joint].marginal ** 2 * (found.level.excess[joint] ** 2 - 1.0)
+    return square > float(found.level.kappa[joint] ** 2 + rough)
+
+
+def _where_it_acts(problem: Problem, found: Found) -> tuple[int, float]:
+    """The joint where the only effect of a set shows most, and its mean square there, (N·m)² (or N²).
 
     Each row counts by the square of the effect's torque there.
     """
-    member = found.members[0]
+    (member,) = found.members
     torque = problem.rows.thin(member.entry.placed) @ found.theta(0)[0]
     joint = max(member.joints, key=lambda j: float(np.sum(torque[:, j] ** 2)))
     squares = torque[problem.prepared.used[:, joint], joint] ** 2
-    rough = problem.rows.noise[joint].marginal ** 2 * (found.level.excess[joint] ** 2 - 1.0)
-    left = found.level.kappa[joint] ** 2 + rough
-    return bool(np.average(squares, weights=squares) > left)
+    return joint, float(np.average(squares, weights=squares))
 
 
 def beyond_margin(problem: Problem) -> bool:
