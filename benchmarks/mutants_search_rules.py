@@ -90,15 +90,29 @@ RULES = (
     Broken(
         "how a friction that motion showed turns its sign no moving row says",
         _BY + "reversals.py",
-        "AS_NOT if turned else ",
-        "",
+        "AS_NOT if turned or as_usual else OUTSIDE",
+        "AS_NOT if as_usual else OUTSIDE",
         ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
     ),
     Broken(
         "what is more than a friction is not how that turns its sign",
         _BY + "reversals.py",
-        "turned = member.is_friction and most > _most_of(problem, member.entry.placed, found.theta(0)[0])",
-        "turned = member.is_friction and most > 0.0",
+        "turned = member.is_friction and turns > float(np.sqrt(on.squares.max()))",
+        "turned = member.is_friction and turns > 0.0",
+        ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
+    ),
+    Broken(
+        "of a friction that motion has shown what is viscous turns no sign",
+        _BY + "reversals.py",
+        "velocity=_HARDLY * one.velocity",
+        "velocity=one.velocity",
+        ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
+    ),
+    Broken(
+        "what shows at reversals is compared where it acts",
+        _BY + "reversals.py",
+        "np.average(before**2 - after**2, weights=on.squares)",
+        "np.average(before**2 - after**2)",
         ("tests/ident/discrepancy/by_evidence/test_loop_evidence.py",),
     ),
     Broken(

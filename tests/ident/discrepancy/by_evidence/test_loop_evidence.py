@@ -42,7 +42,7 @@ def test_friction_that_falls_with_speed_is_named_at_its_drive(falling: LoopStep)
     )
 
 
-@pytest.mark.parametrize(("usual", "odds"), [(1.0, 0.1), (1000.0, 1.0)])
+@pytest.mark.parametrize(("usual", "odds"), [(1.0, 0.1), (200.0, 0.1), (1000.0, 1.0)])
 def test_something_without_a_name_is_as_likely_as_what_explains_no_more_than_every_arm_leaves(
     falling: LoopStep, usual: float, odds: float
 ) -> None:
@@ -61,6 +61,7 @@ def test_something_without_a_name_is_as_likely_as_what_explains_no_more_than_eve
         ("coulomb_friction", 0, 90.0, 1.0),
         ("coulomb_friction", 0, 0.03, 0.1),
         ("coulomb_friction", 1, 90.0, 0.1),
+        ("viscous_friction", 0, 90.0, 0.1),
         ("current_offset", 0, 90.0, 0.1),
     ],
 )
