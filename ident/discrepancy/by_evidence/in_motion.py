@@ -153,9 +153,8 @@ def _taken(course: Course, components: Sequence[Component], bases: Sequence[Basi
     Nor have two with a column in common: a power of the speed in the place of dry friction, beside a
     finding of viscous friction, left equations without an answer, and the diagnosis ended with these.
     """
-    other = Course.begun(course.prepared, course.first)
     try:
-        other.take(components, bases)
+        other = course.instead(components, bases)
         _ = other.step.shown  # raises where two have a column in common
     except ArithmeticError as error:
         _log.info("%s: %s", ", ".join(one.key[0] for one in components), error)

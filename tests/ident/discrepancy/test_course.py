@@ -263,6 +263,29 @@ def test_sizes_are_fitted_beside_the_model_that_has_them(
     assert sizes == (["size"] if again else "size")
 
 
+def test_the_fit_of_other_findings_begins_where_this_one_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A delay of another drive, 0 beside a dead zone and 31 µs beside an offset, told the loop these two."""
+    base = SimpleNamespace(model=SimpleNamespace(robot=None))
+    first: Any = SimpleNamespace(examination="rows", present="without", base=base)
+    moving: Any = SimpleNamespace(present="with a dead zone")
+    taken: list[Any] = []
+
+    class Begun(Course):
+        def _fit_together(self, accepted: Any, refined: Any = None) -> None:
+            taken.append((self.first, self.moving, refined, [one.name for one in accepted]))
+
+    monkeypatch.setattr(module, "refit", lambda *given: given)
+    monkeypatch.setattr(module, "Course", Begun)
+    named: Any = SimpleNamespace(of=lambda robot, one, basis, refined, k: accepted(f"{one} for {basis}"))
+    monkeypatch.setattr(module, "Accepted", named)
+    course = Course((), first, first, moving, None, [accepted("dead zone")])
+    other = course.instead(["offset"], ["a reason"])  # type: ignore[list-item]
+    assert taken == [
+        (first, first, ("rows", ["offset"], "without", "with a dead zone"), ["offset for a reason"])
+    ]
+    assert other.findings == [] and [one.name for one in course.findings] == ["dead zone"]  # type: ignore[attr-defined]
+
+
 def test_what_leaves_a_parameter_of_the_loop_undetermined_is_not_added(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

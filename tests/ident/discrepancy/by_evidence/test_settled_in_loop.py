@@ -50,6 +50,12 @@ class Course:
         base = SimpleNamespace(model=SimpleNamespace(robot=None))
         self.step = SimpleNamespace(base=base, shown=(), has=components[0].key[0])
 
+    def instead(self, components: Sequence[Any], bases: Sequence[Any]) -> Course:
+        """Another one, with others."""
+        other = Course()
+        other.take(components, bases)
+        return other
+
 
 def settled(
     monkeypatch: pytest.MonkeyPatch,
@@ -72,7 +78,6 @@ def settled(
     monkeypatch.setattr(in_motion, "_is_its_parts", lambda *_: False)
     if in_motion.is_of_reversals is is_of_reversals:
         monkeypatch.setattr(in_motion, "is_of_reversals", lambda robot, rival: True)
-    monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
     monkeypatch.setattr(in_motion, "component_of", lambda _, name: SimpleNamespace(key=(name, (0,))))
     monkeypatch.setattr(in_motion, "basis_of", lambda *given: given)
     listed = probabilities(dict(zip(KEYS, odds, strict=True)), cast(Any, dict(zip(KEYS, NAMES, strict=True))))
@@ -198,7 +203,6 @@ def test_the_loop_tells_a_name_from_a_form_that_contains_it(
     for doubt in ("_may_be_nothing", "_is_its_parts"):
         monkeypatch.setattr(in_motion, doubt, lambda *_: False)
     monkeypatch.setattr(in_motion, "is_of_reversals", lambda robot, rival: False)
-    monkeypatch.setattr(in_motion.Course, "begun", lambda *_: Course())
     monkeypatch.setattr(in_motion, "component_of", lambda _, placed: SimpleNamespace(key=DEAD))
     names = of_two(1e-3)
     monkeypatch.setattr(in_motion, "rivals_in_loop", lambda robot, finding: [names[0].forms[0]])
@@ -343,10 +347,9 @@ def test_a_rival_with_a_column_of_another_finding_has_no_size(monkeypatch: pytes
         def shown(self) -> Any:
             return vars(Examination)["shown"].fget(examination)
 
-    begun: Any = SimpleNamespace(take=lambda components, bases: None, step=Step())
-    monkeypatch.setattr(in_motion.Course, "begun", lambda *given: begun)
-    course: Any = SimpleNamespace(prepared=(), first=None)
+    other: Any = SimpleNamespace(step=Step())
+    course: Any = SimpleNamespace(instead=lambda components, bases: other)
     rival: Any = SimpleNamespace(key=COULOMB)
     assert in_motion._taken(course, [rival], [None]) is None  # type: ignore[list-item]
-    begun.step = SimpleNamespace(shown=np.zeros(2))
-    assert in_motion._taken(course, [rival], [None]) is begun  # type: ignore[list-item]
+    other.step = SimpleNamespace(shown=np.zeros(2))
+    assert in_motion._taken(course, [rival], [None]) is other  # type: ignore[list-item]
