@@ -113,7 +113,7 @@ FIGURES = (
     Figure("discrepancy/loop", "SETTLING", "settling of a simulated loop; a period | 1 s"),
     Figure("discrepancy/confirmation", "_FORM", "a row's change 10 %"),
     Figure(f"{_BY}taken", "_BY_CHANCE", "by chance one in twenty"),
-    Figure("discrepancy/confirmation", "_STEPS", "0.001 of what it leaves"),
+    Figure("discrepancy/confirmation", "_STEPS", "0.01 of what it leaves"),
     Figure(f"{_BY}decide/scanned", "_FEW", "up to 12 in the motion"),
     Figure("discrepancy/confirmation", "_INTERVAL", "told from zero at 95 %"),
     Figure("discrepancy/accepted", "_INTERVAL", "told from its absence at 95 %"),

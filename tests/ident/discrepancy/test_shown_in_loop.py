@@ -57,7 +57,7 @@ def test_where_both_simulations_are_exact_there_is_nothing_to_tell() -> None:
 
 def test_a_change_that_no_simulation_resolves_is_none() -> None:
     """An integral makes up for a constant torque: of it the positions had −1089 ± 40, and it was refused."""
-    for change, nothing in ((0.9e-3, True), (1.1e-3, False)):
+    for change, nothing in ((0.9e-2, True), (1.1e-2, False)):
         before = errors(10.0, 0.0)
         shown = VALIDATION.shown_in_loop(run(before), run((1.0 + change) * before))
         assert shown is not None
