@@ -15,7 +15,6 @@ from ident.discrepancy.other_forms import of_other_forms
 from ident.discrepancy.refined import Refined
 from ident.discrepancy.results import Candidate
 from ident.effects.family import PlacedEffect
-from ident.effects.vocabulary import confused_with
 from robots.arrays import BoolArray, FloatArray
 from robots.description import Robot
 
@@ -152,17 +151,6 @@ def unsure_size(
     parameter, value, spread = effect.parameters[missing[0]], values[missing[0]], sigma[missing[0]]
     unit = "" if parameter.unit == "1" else f" {parameter.unit}"
     return f"{parameter.name} is {value:.2g} ± {spread:.2g}{unit}, which may as well be nothing"
-
-
-def confusable_with_found(findings: Sequence[Accepted]) -> set[tuple[str, tuple[int, ...]]]:
-    """Names and joints (from 0) that are known to pass for what was found there.
-
-    Where friction falls with speed, the friction that lets go at a reversal is a part of that: another name
-    for the same, on the drive that has it, is no further effect.
-    """
-    return {
-        (name, finding.placed.place.joints) for finding in findings for name in confused_with(finding.effect)
-    }
 
 
 def joints_not_told(findings: Sequence[Accepted]) -> set[int]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.discrepancy.accepted import confusable_with_found, joints_not_told
+from ident.discrepancy.accepted import joints_not_told
 from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted
 from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.problem import Problem
@@ -89,7 +89,6 @@ class InLoop:
         found = self.course.findings
         families = [family for family in self.families if family.shows != "motion"]
         known = {(effect.name, effect.place.joints) for effect in self.course.step.placed}
-        known |= confusable_with_found(found)
         joints = set(range(problem.rows.n)) - self.left_alone()
         beside = [(finding.placed, finding.linear) for finding in found]
         one = likeliest_in_loop(problem, families, known, joints, beside)

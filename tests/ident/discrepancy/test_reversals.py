@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from ident.discrepancy.accepted import confusable_with_found, joints_not_told
+from ident.discrepancy.accepted import joints_not_told
 from ident.discrepancy.results import Candidate
 from ident.effects.family import Place
 from ident.effects.vocabulary import family_named
@@ -32,26 +32,6 @@ class Found:
     @property
     def placed(self) -> Placed:
         return Placed(Place("drive", tuple(joint - 1 for joint in self.joints)))
-
-
-def test_friction_that_lets_go_is_a_part_of_friction_that_falls_with_speed() -> None:
-    forms = confusable_with_found([Found("stribeck_friction", (2,))])  # type: ignore[list-item]
-    assert ("static_friction", (1,)) in forms
-    assert ("hysteresis", (1,)) not in forms
-    assert ("static_friction", (2,)) not in forms, "another drive may stick as well"
-
-
-def test_it_does_not_matter_which_of_the_two_names_the_other() -> None:
-    delay, lag = (
-        confusable_with_found([Found(name, (6,))])  # type: ignore[list-item]
-        for name in ("time_delay", "current_loop_lag")
-    )
-    assert ("current_loop_lag", (5,)) in delay and ("time_delay", (5,)) in lag
-    assert ("backlash", (5,)) not in delay
-
-
-def test_what_sits_nowhere_leaves_everything_to_be_found() -> None:
-    assert not any(joints for _, joints in confusable_with_found([Found("base_tilt", ())]))  # type: ignore[list-item]
 
 
 def test_joints_of_every_name_in_a_set_are_not_told() -> None:
