@@ -61,7 +61,7 @@ def test_something_without_a_name_is_as_likely_as_what_explains_no_more_than_eve
         ("coulomb_friction", 0, 90.0, 1.0),
         ("coulomb_friction", 0, 0.03, 0.1),
         ("coulomb_friction", 1, 90.0, 0.1),
-        ("viscous_friction", 0, 90.0, 0.1),
+        ("viscous_friction", 0, 9000.0, 0.1),
         ("current_offset", 0, 90.0, 0.1),
     ],
 )
