@@ -83,9 +83,11 @@ class Course:
         return other
 
     def _go_on_with(self, refined: Refined, components: Sequence[Component], bases: Sequence[Basis]) -> None:
+        """A model with effects that the moving arm shows, as they were fitted beside each other."""
         robot = self.first.base.model.robot
         pairs = enumerate(zip(components, bases, strict=True))
-        self._fit_together([Accepted.of(robot, one, basis, refined, k) for k, (one, basis) in pairs], refined)
+        self.findings = [Accepted.of(robot, one, basis, refined, k) for k, (one, basis) in pairs]
+        self.step = self.moving = self._extended(self.first, refined)
 
     def add_in_loop(self, in_loop: LoopStep, component: Component, basis: Basis) -> None:
         """Size what the closed loop shows beside all that was found, and go on with a model that has it.
@@ -107,17 +109,12 @@ class Course:
         self.findings = [*self.findings, Accepted.of(robot, refined.components[0], basis, refined, 0)]
         self.step, self.reversing = step, in_loop
 
-    def _fit_together(self, accepted: Sequence[Accepted], refined: Refined | None = None) -> None:
-        """A model with effects that the moving arm shows, each fitted beside all others."""
-        if refined is None:
-            components = [one.component for one in accepted]
-            standard = self.moving.present.standard[: self.first.present.standard.size]
-            refined = self._refitted(components, [one.linear for one in accepted], standard)
-        robot = self.first.base.model.robot
-        self.findings = [
-            Accepted.of(robot, one.component, one.basis, refined, k) for k, one in enumerate(accepted)
-        ]
-        self.step = self.moving = self._extended(self.first, refined)
+    def _fit_together(self, accepted: Sequence[Accepted]) -> None:
+        """A model with some of the findings, each fitted again beside the others."""
+        components = [one.component for one in accepted]
+        standard = self.moving.present.standard[: self.first.present.standard.size]
+        refined = self._refitted(components, [one.linear for one in accepted], standard)
+        self._go_on_with(refined, components, [one.basis for one in accepted])
 
     def _refitted(
         self, components: Sequence[Component], sizes: Sequence[FloatArray], standard: FloatArray | None

@@ -214,17 +214,19 @@ class LoopEvidence:
         return np.concatenate(parts)
 
     def _row_times(self, piece: PreparedRecording) -> FloatArray:
+        return np.asarray(piece.recording.time[self._middles(piece)])
+
+    def _middles(self, piece: PreparedRecording) -> IntArray:
+        """Which sample of a recording is in the middle of each of its rows."""
         rows, decimation = self.loop.count(piece), self.loop.decimation
-        middle = settled(piece) + np.arange(rows) * decimation + decimation // 2
-        return np.asarray(piece.recording.time[middle])
+        return settled(piece) + np.arange(rows) * decimation + decimation // 2
 
     @cached_property
     def _rows(self) -> tuple[IntArray, ...]:
         """Per recording, which row of the simulated motion stands for each of its rows."""
         decimation, found = self.loop.decimation, []
         for piece, motion in zip(self.loop.prepared, self.motion, strict=True):
-            middle = settled(piece) + np.arange(self.loop.count(piece)) * decimation + decimation // 2
-            first = (sample_of(piece, middle) - decimation // 2) // decimation
+            first = (sample_of(piece, self._middles(piece)) - decimation // 2) // decimation
             found.append(np.asarray(np.minimum(first, motion.position.shape[0] - 1)))
         return tuple(found)
 

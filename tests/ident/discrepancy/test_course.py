@@ -33,7 +33,7 @@ class _Course(Course):
 
     fits = 0
 
-    def _fit_together(self, accepted: Sequence[Accepted], refined: object = None) -> None:
+    def _fit_together(self, accepted: Sequence[Accepted]) -> None:
         self.fits += 1
         self.findings = list(accepted)
         self.step = self.moving = step(1 + len(accepted))
@@ -268,11 +268,10 @@ def test_the_fit_of_other_findings_begins_where_this_one_ended(monkeypatch: pyte
     base = SimpleNamespace(model=SimpleNamespace(robot=None))
     first: Any = SimpleNamespace(examination="rows", present="without", base=base)
     moving: Any = SimpleNamespace(present="with a dead zone")
-    taken: list[Any] = []
 
     class Begun(Course):
-        def _fit_together(self, accepted: Any, refined: Any = None) -> None:
-            taken.append((self.first, self.moving, refined, [one.name for one in accepted]))
+        def _extended(self, before: Any, refined: Any) -> Any:
+            return SimpleNamespace(before=before, refined=refined)
 
     monkeypatch.setattr(module, "refit", lambda *given: given)
     monkeypatch.setattr(module, "Course", Begun)
@@ -280,10 +279,12 @@ def test_the_fit_of_other_findings_begins_where_this_one_ended(monkeypatch: pyte
     monkeypatch.setattr(module, "Accepted", named)
     course = Course((), first, first, moving, None, [accepted("dead zone")])
     other = course.instead(["offset"], ["a reason"])  # type: ignore[list-item]
-    assert taken == [
-        (first, first, ("rows", ["offset"], "without", "with a dead zone"), ["offset for a reason"])
-    ]
-    assert other.findings == [] and [one.name for one in course.findings] == ["dead zone"]  # type: ignore[attr-defined]
+    assert other.step is other.moving and vars(other.step) == {
+        "before": first,
+        "refined": ("rows", ["offset"], "without", "with a dead zone"),
+    }
+    assert [one.name for one in other.findings] == ["offset for a reason"]  # type: ignore[attr-defined]
+    assert course.moving is moving and [one.name for one in course.findings] == ["dead zone"]  # type: ignore[attr-defined]
 
 
 def test_what_leaves_a_parameter_of_the_loop_undetermined_is_not_added(
