@@ -15,7 +15,8 @@ import argparse
 import json
 import time
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,23 +29,45 @@ from benchmarks.naming_report import NAMES, lines_of, share
 from drivers.errors import DriveError
 from drivers.simulated import PlantTruth, draw_truth
 from drivers.simulated.drawing import DrawnScenario, draw_scenario, gap
-from drivers.simulated.offline import simulate_offline
+from drivers.simulated.offline import SimulatedRun, simulate_offline
 from drivers.simulated.scenario import Scenario
 from ident import Recording
 from ident.discrepancy import Question
 from ident.discrepancy.by_evidence import diagnose_with_evidence, prior_by_evidence
-from ident.discrepancy.by_evidence.evidence.prepared import prepare, settings_for
+from ident.discrepancy.by_evidence.evidence.prepared import ROW_RATE, prepare, settings_for
 from ident.discrepancy.by_evidence.power.planned import known_from_run, planned_sizes
-from ident.discrepancy.by_evidence.power.smallest import Smallest, least_of
+from ident.discrepancy.by_evidence.power.smallest import Smallest
+from ident.discrepancy.loop import SETTLING
 from ident.effects.vocabulary import VOCABULARY, family_named
 from robots import Robot
-from robots.arrays import FloatArray
+from robots.arrays import BoolArray, FloatArray
 
-ROUNDS, CLOSE = 8, 0.1
+ROUNDS, CLOSE = 16, 0.1
 """Trials to make the torque as large as predicted, and how near it has to be (of its logarithm)."""
 
 FIRST = 2.0
 """Noise floors at which an effect is drawn, to learn its place and shape."""
+
+IN_OWN_UNIT: dict[str, Callable[[Scenario], float]] = {
+    "joint_elasticity": lambda scenario: 1.0 / scenario.joint_elasticity[0].stiffness,
+    "stiffening_elasticity": lambda scenario: 1.0 / scenario.stiffening_elasticity[0].stiffness,
+    "backlash": lambda scenario: scenario.backlash[0].width,
+    "base_compliance": lambda scenario: 1.0 / softest(scenario),
+}
+"""Effects that are made as large as predicted in their own unit: their torque is less than the gap of two
+runs in which friction turns a sample earlier (0.002 N·m)."""
+
+AT_REVERSALS = ("static_friction",)
+"""Whose smallest size is one of the simulated loop, reversals included: its torque is that of the drive."""
+
+MORE = {"gear_ripple": 16.0}
+"""Times as large as predicted, at which others of this kind are measured: they are linear in their size."""
+
+SOFT, STIFFEST = ("joint_elasticity", "stiffening_elasticity", "base_compliance"), -0.8
+"""Whose magnitudes are logarithms of a stiffness, and the least of them, stiffer than where it is 0."""
+
+LEAST = float(np.log(1e-5))
+"""Logarithm of the least magnitude of all others."""
 
 FINER = 64
 """Times as many encoder counts where an effect is sized: rounding makes a gap of 0.2 floors."""
@@ -98,34 +121,32 @@ def one_run(effect: str, seed: int, factor: float, motions: tuple[FloatArray, Fl
         here = predicted.get((effect, place_of(effect, drawn.axes, robot)))
         if here is None or not here.seen:
             return line | {"axes": list(drawn.axes), "skipped": "no size is predicted"}
-        if is_least(robot, here):
-            return line | {"axes": list(drawn.axes), "skipped": "the smallest of the vocabulary is larger"}
         line |= {"axes": list(drawn.axes), "size": here.size, "unit": here.unit, "torque": here.torque}
-        drawn, line["reached"] = sized(fine, truth, drawn, here, factor, motions[0])
+        line |= {"least": is_least(robot, here), "rival": here.rival[0]}
+        scenario, line["reached"] = sized(fine, truth, drawn, here, factor, motions[0])
     except DriveError as error:
         return line | {"skipped": str(error)}
-    fit = naming.record(robot, truth, drawn.scenario, motions[0], seed + 2)
-    validation = naming.record(robot, truth, drawn.scenario, motions[1], seed + 3)
+    fit = naming.record(robot, truth, scenario, motions[0], seed + 2)
+    validation = naming.record(robot, truth, scenario, motions[1], seed + 3)
     question = Question(
         robot, (fit,), (validation,), VOCABULARY, lambda base: prior_by_evidence(base, (accepted,))
     )
     found, _ = diagnose_with_evidence(question, sizes=False)
     return line | {
-        "ratio": drawn.ratio,
         "verdict": found.verdict,
         "names": [[one.effect, list(one.joints), one.probability, is_named(one)] for one in found.findings],
     }
 
 
 def is_least(robot: Robot, here: Smallest) -> bool:
-    """Whether the size is the smallest that the vocabulary has: named more often than in 80 %."""
+    """Whether the size is the smallest that the search looks for: named more often than in 80 %."""
     places = [
         one
         for one in family_named(here.name).places(robot)
         if one.joints == tuple(j - 1 for j in here.joints)
     ]
     shapes = (one for place in places for one in family_named(here.name).shapes(robot, place))
-    return any(one.name == here.parameter and here.size <= least_of(one) for one in shapes)
+    return any(one.name == here.parameter and here.size <= min(one.grid) * (1.0 + 1e-9) for one in shapes)
 
 
 def place_of(effect: str, axes: Sequence[int], robot: Robot) -> tuple[int, ...]:
@@ -159,35 +180,102 @@ def sized(
     here: Smallest,
     factor: float,
     path: FloatArray,
-) -> tuple[DrawnScenario, float]:
-    """The same scenario as large as predicted where the joint moves, and how large it is there, N·m."""
-    wanted, found, ratio = factor * here.torque, drawn, drawn.ratio
-    for _ in range(ROUNDS):
-        reached = moving_gap(robot, truth, found, here.joint - 1, path)
-        if abs(np.log(reached / wanted)) < CLOSE:
-            return found, reached
-        ratio *= wanted / reached
-        found = draw_scenario(robot, drawn.effect, drawn.seed, ratio, truth=truth, reference=path)
-        if found.axes != drawn.axes:
-            raise DriveError(f"{drawn.effect}: no sensible magnitude is as large as predicted there")
-    raise DriveError(f"{drawn.effect}: its torque where the joint moves cannot be made as predicted")
+) -> tuple[Scenario, float]:
+    """The same effect as large as predicted where the search looks, and how large it is there, N·m.
+
+    Raises:
+        DriveError: its torque cannot be made as predicted.
+    """
+    if drawn.effect in IN_OWN_UNIT:
+        found, _ = made(drawn, IN_OWN_UNIT[drawn.effect], factor * here.size)
+        scenario = drawn.with_magnitude(found)
+        return scenario, Measured.of(robot, truth, here, path).torque(scenario)
+    more = MORE.get(drawn.effect, 1.0)
+    found, reached = made(drawn, Measured.of(robot, truth, here, path).torque, more * factor * here.torque)
+    return drawn.with_magnitude(found / more), reached / more
 
 
-def moving_gap(robot: Robot, truth: PlantTruth, drawn: DrawnScenario, joint: int, path: FloatArray) -> float:
-    """Root mean square of what an effect changes at a joint, N·m, where the search looks: where it moves."""
-    quiet = gap.silent(truth)
-    runs = [simulate_offline(robot, quiet, path, scenario=one) for one in (Scenario(), drawn.scenario)]
-    without, with_it = (gap.torque_residual(robot, truth, run) for run in runs)
-    motion = Recording("quiet", runs[0].time, path, runs[0].position, runs[0].control_signal)
-    (part,) = prepare(settings_for(robot, motion), (motion,)).parts
-    assert part.own.time is not None
-    cycle = robot.bus.cycle_time
-    every = max(1, round(1.0 / (gap._ROW_RATE * cycle)))
-    time = cycle * (round(gap._EDGE / cycle) + every * np.arange(len(without)))
-    nearest = np.clip(np.searchsorted(part.own.time, time), 0, part.rows - 1)
-    inside = (time >= part.own.time[0]) & (time <= part.own.time[-1])
-    moving = inside & part.used[nearest, joint]
-    return float(np.sqrt(np.mean((with_it - without)[moving, joint] ** 2)))
+def made(drawn: DrawnScenario, measured: Callable[[Scenario], float], wanted: float) -> tuple[float, float]:
+    """Magnitude at which a measure is within :data:`CLOSE` of what is wanted, and that measure.
+
+    Raises:
+        DriveError: no sensible magnitude has it.
+    """
+    stiff = drawn.effect in SOFT
+
+    def at(place: float) -> tuple[float, float, float]:
+        magnitude = place if stiff else float(np.exp(place))
+        reached = measured(drawn.with_magnitude(magnitude))
+        return magnitude, reached, float(np.log(max(reached, 1e-12) / wanted))
+
+    low, high = (STIFFEST, 1.0) if stiff else (LEAST, 0.0)
+    least, most = at(low)[2], at(high)[2]
+    if least > 0.0 or most < 0.0:
+        raise DriveError(f"{drawn.effect}: no sensible magnitude is as large as predicted there")
+    for number in range(ROUNDS):
+        share = least / (least - most) if number % 2 else 0.5
+        place = low + min(max(share, 0.05), 0.95) * (high - low)
+        magnitude, reached, more = at(place)
+        if abs(more) < CLOSE:
+            return magnitude, reached
+        low, least, high, most = (place, more, high, most) if more < 0.0 else (low, least, place, more)
+    raise DriveError(f"{drawn.effect}: it cannot be made as large as predicted where the search looks")
+
+
+def softest(scenario: Scenario) -> float:
+    """The least stiffness of a foot, N·m/rad."""
+    foot = scenario.base_compliance
+    assert foot is not None
+    return min(one for one in (foot.roll, foot.pitch) if one is not None)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """How large effects are at a joint, where the search looks for them.
+
+    Attributes:
+        robot, truth, path: the arm without noise, and its motion.
+        joint: from 0.
+        at_reversals: whether all of the drive's torque counts.
+        quiet: the arm without an effect.
+        rows: which count (rows,), of :func:`gap.torque_residual`.
+    """
+
+    robot: Robot
+    truth: PlantTruth
+    path: FloatArray
+    joint: int
+    at_reversals: bool
+    quiet: SimulatedRun
+    rows: BoolArray
+
+    @classmethod
+    def of(cls, robot: Robot, truth: PlantTruth, here: Smallest, path: FloatArray) -> Measured:
+        """For one effect at one place."""
+        truth = gap.silent(truth)
+        quiet = simulate_offline(robot, truth, path)
+        motion = Recording("quiet", quiet.time, path, quiet.position, quiet.control_signal)
+        (part,) = prepare(settings_for(robot, motion), (motion,)).parts
+        assert part.own.time is not None
+        cycle = robot.bus.cycle_time
+        every = max(1, round(1.0 / (gap._ROW_RATE * cycle)))
+        time = quiet.time[round(gap._EDGE / cycle) : len(path) - round(gap._EDGE / cycle) : every]
+        nearest = np.clip(np.searchsorted(part.own.time, time), 0, part.rows - 1)
+        inside = (time >= part.own.time[0]) & (time <= part.own.time[-1])
+        rows = inside & part.used[nearest, here.joint - 1]
+        return cls(robot, truth, path, here.joint - 1, here.name in AT_REVERSALS, quiet, rows)
+
+    def torque(self, scenario: Scenario) -> float:
+        """Root mean square of what a scenario changes there, N·m."""
+        run = simulate_offline(self.robot, self.truth, self.path, scenario=scenario)
+        if self.at_reversals:
+            change = (run.control_signal - self.quiet.control_signal)[:, self.joint]
+            each = round(1.0 / (ROW_RATE * self.robot.bus.cycle_time))
+            kept = change[round(SETTLING / self.robot.bus.cycle_time) :]
+            rows = kept[: len(kept) // each * each].reshape(-1, each).mean(axis=1)
+            return float(np.sqrt(np.mean((rows * self.robot.gains[self.joint]) ** 2)))
+        with_it, without = (gap.torque_residual(self.robot, self.truth, one) for one in (run, self.quiet))
+        return float(np.sqrt(np.mean((with_it - without)[self.rows, self.joint] ** 2)))
 
 
 def right(line: dict[str, Any], found: Sequence[Sequence[Any]]) -> bool:

@@ -82,9 +82,9 @@ def test_a_mutant_is_shown_to_the_tests_that_enter_it() -> None:
     text = (Path(__file__).parents[1] / names).read_text("utf-8")
     readers = broken_functions(names, text, text.replace("OUTSIDE = 0.1", "OUTSIDE = 1.0"))
     law = "ident/discrepancy/by_evidence/decide/free_law.py"
-    loop = "ident/discrepancy/by_evidence/reversals.py"
+    loop = "ident/discrepancy/by_evidence/where_it_acts.py"
     own = [f"{names}:odds_beforehand", f"{names}:odds_of_no_name"]
-    assert sorted(readers) == [f"{law}:free_law", *own, f"{loop}:_odds_of_no_name"]
+    assert sorted(readers) == [f"{law}:free_law", *own, f"{loop}:odds_of_no_name"]
     tests = {"slow": (30.0, {changed}), "other": (0.1, {"x"}), "quick": (0.2, {changed, "x"})}
     near = Nearest({name: (seconds, frozenset(entered)) for name, (seconds, entered) in tests.items()})
     assert list(near.stages({changed})) == [("quick",), ("slow",)]

@@ -114,7 +114,7 @@ def _conditions(request: PlanRequest, base: BaseParameters, steps: Steps) -> Con
 def _with_answer(result: PlanResult, wanted: Wanted, power: tuple[Smallest, ...]) -> PlanResult:
     """Whether the motion shows the effect that was asked for."""
     smallest = wanted.among(power)
-    weak = smallest.size > wanted.size and result.verdict == "fine"
+    weak = not smallest.names(wanted.size) and result.verdict == "fine"
     return replace(
         result,
         verdict="weak" if weak else result.verdict,

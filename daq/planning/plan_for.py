@@ -125,9 +125,9 @@ def plan_for(
         trajectory = planned(objective, number)
         power = power_of(trajectory)
         smallest = wanted.among(power)
-        if best is None or smallest.size < best.smallest.size:
+        if best is None or smallest.tells_more_than(best.smallest):
             best = SeenPlan(trajectory, objective, power, smallest)
-        if best.smallest.size <= wanted.size or stopped():
+        if best.smallest.names(wanted.size) or stopped():
             break
     assert best is not None, "there is an objective"
     return best
@@ -160,11 +160,11 @@ def verdict_words(wanted: Wanted, smallest: Smallest) -> str:
     hides = "noise" if rival == "nothing" else f"{rival.replace('_', ' ')} of {joint_words(joints)}"
     if not smallest.seen:
         return f"{what}: no size of it would be named on any motion tried, it is not told from {hides}"
-    if smallest.size <= wanted.size:
-        from_on = f"from {significant(smallest.size)}{unit} on"
+    from_on = f"from {significant(smallest.size)}{unit} {'down' if smallest.falls else 'on'}"
+    if smallest.names(wanted.size):
         return f"{what} of {of} would be named rightly in {CHANCE:.0%} of recordings: {from_on}"
     return (
-        f"{what} of {of} would not be named: only from {significant(smallest.size)}{unit} on, last told from"
+        f"{what} of {of} would not be named: only {from_on}, last told from"
         f" {hides}; a longer --duration or more --periods show less"
     )
 

@@ -83,7 +83,7 @@ def _for(result: PlanResult) -> dict[str, Any]:
             "size": wanted.size,
             "unit": smallest.unit,
             "smallest": json_number(smallest.size),
-            "named": smallest.size <= wanted.size,
+            "named": smallest.names(wanted.size),
         }
     }
 

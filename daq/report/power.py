@@ -82,7 +82,8 @@ def _cell(one: Smallest | None) -> PowerCell | None:
 def _size(one: Smallest) -> str:
     if not one.seen:
         return "none"
-    return f"{significant(one.size)} {'' if one.unit == '1' else one.unit}".rstrip()
+    least = "at most " if one.falls else ""
+    return f"{least}{significant(one.size)} {'' if one.unit == '1' else one.unit}".rstrip()
 
 
 def _rival(one: Smallest) -> str:

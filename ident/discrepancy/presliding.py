@@ -17,6 +17,7 @@ from ident.parameters.base import BaseParameters
 from ident.parameters.present import Present
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
+from robots.description import Robot
 
 _LENGTHS = (2e-6, 1e-5, 5e-5, 2.5e-4)
 """rad (or m) over which dry friction builds up in gears that are sound."""
@@ -106,6 +107,11 @@ def _with_widths(losses: Callable[[Standstill], FloatArray], found: Standstill) 
 def _about(sizes: FloatArray, step: float) -> FloatArray:
     """(3, n) sizes with a step to either side."""
     return np.asarray(sizes * np.array([1.0 / step, 1.0, step])[:, np.newaxis])
+
+
+def usual_standstill(robot: Robot) -> Standstill:
+    """Of gears that are sound, before a recording has shown it."""
+    return _bristles(np.full(robot.n, _LENGTHS[1]))
 
 
 def _bristles(lengths: FloatArray) -> Standstill:

@@ -36,8 +36,8 @@ filter of positions: lowest, where the search starts, highest. Of harder impacts
 nothing."""
 _CONTACT_DAMPING = (0.02, 0.3, 1.5)
 """Its damping, ratio to critical."""
-_FREQUENCIES = (6.0, 7.5, 9.4, 11.7, 14.6, 18.3, 22.9, 28.6, 35.8, 44.7)
-_GAPS = (2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3)
+_FREQUENCIES = (6.0, 7.5, 9.4, 11.7, 14.6, 18.3, 22.9, 28.6, 35.8, 44.7, 55.9, 69.8, 87.3, 109.1)
+_GAPS = (5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3)
 _ONE = ((0.0, 3.0),)
 """The torque of a gear with the right shape is wholly there: its factor is 1."""
 _ABOUT_ONE = (0.1,)

@@ -31,7 +31,7 @@ from robots.description import Robot
 _STATIC_SHARE = 0.0025
 """Of the speed limit: friction that falls within less than this shows at breakaway alone."""
 
-_PRESLIDING = (1e-4, 4e-4, 1.2e-3)
+_PRESLIDING = (5e-5, 2e-4, 1e-3)
 """rad (or m); friction that takes longer to build up is hysteresis."""
 
 _EXPONENT = Shape("exponent", "1", (1.0, 2.0), 0.5, 4.0, fixed=True)

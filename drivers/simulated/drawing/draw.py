@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,6 +36,12 @@ class DrawnScenario:
     floor: tuple[float, ...]
     ratio: float
     """The largest gap over floor of all joints."""
+    shape: Mapping[str, Any]
+    """What was drawn beside its size."""
+
+    def with_magnitude(self, magnitude: float) -> Scenario:
+        """The same effect there with another size, 1 being the largest that is sensible."""
+        return Scenario.from_dict(EFFECTS[self.effect].entries(magnitude, self.axes, dict(self.shape)))
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers for the sealed file, without the scenario itself."""
@@ -103,6 +109,7 @@ def draw_scenario(
                 gap=tuple(float(value) for value in gap),
                 floor=tuple(float(value) for value in ruler.floor),
                 ratio=float((gap / ruler.floor).max()),
+                shape=shape,
             )
     raise DriveError(
         f"effect {effect}: no sensible magnitude makes a gap of {size:g} noise floors on {robot.name}; "

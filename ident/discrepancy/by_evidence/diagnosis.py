@@ -15,6 +15,8 @@ from ident.closed_loop.at_once import beside
 from ident.discrepancy.align import aligned
 from ident.discrepancy.by_evidence.in_loop import InLoop, leaves_the_usual
 from ident.discrepancy.by_evidence.in_motion import found_in_motion
+from ident.discrepancy.by_evidence.power.planned import or_less, share_that_judges
+from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer
 from ident.discrepancy.by_evidence.taken import candidates_of, weighed
 from ident.discrepancy.by_evidence.workflow import named_by_evidence
@@ -64,12 +66,13 @@ def diagnose_with_evidence(
         question, lambda step, share: progress(step, 0.6 * share), simulated=False
     )
 
-    def diagnosed() -> Diagnosis:
+    def diagnosed() -> tuple[Diagnosis, tuple[Smallest, ...]]:
         loop = _looked_at(question, course, answer)
         progress("gap", 0.98)
-        return _answer(question, loop, held)
+        return _answer(question, loop, held), loop.nameable
 
-    diagnosis, nameable = beside(diagnosed, sized) if sizes else (diagnosed(), ())
+    (diagnosis, at_reversals), nameable = beside(diagnosed, sized) if sizes else (diagnosed(), ())
+    nameable = or_less(nameable, at_reversals) if sizes else ()
     notes = (*notes, *(one.words() for one in answer.refuted), *diagnosis.notes, *_periods(diagnosis))
     return replace(diagnosis, notes=notes), replace(answer, nameable=nameable)
 
@@ -91,7 +94,8 @@ def course_of(question: Question) -> Course:
 def _looked_at(question: Question, course: Course, answer: EvidenceAnswer) -> InLoop:
     """What the evidence found, with sizes, and what the simulated loop shows beside it."""
     fitted = validation_of(course, course.prepared, question.standstill)
-    loop = InLoop(found_in_motion(course, answer, fitted), answer, question.families)
+    judged = share_that_judges(question.validation, question.fit)
+    loop = InLoop(found_in_motion(course, answer, fitted), answer, question.families, judged)
     if question.at_reversals and loop.is_worth_a_look():
         loop.look()
     give_back()  # rows of the loop and their vocabulary, which refer to each other

@@ -13,6 +13,10 @@ from ident.discrepancy.by_evidence.decide.left_over import ABOVE, above_accepted
 from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.problem import Problem
 from ident.discrepancy.by_evidence.decide.state import without_effects
+from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows
+from ident.discrepancy.by_evidence.library.candidates import Entry
+from ident.discrepancy.by_evidence.power.reversals import smallest_in_loop
+from ident.discrepancy.by_evidence.power.smallest import Smallest
 from ident.discrepancy.by_evidence.report.answer import EvidenceAnswer, JointMisfit
 from ident.discrepancy.by_evidence.reversals import (
     AtReversals,
@@ -55,16 +59,20 @@ class InLoop:
         families: the vocabulary.
         unnamed: what the loop does otherwise without a name, in words.
         note: on the arm, beside what its model lacks.
+        judged: information of the recordings that are not fitted, as a share of that of those that are.
         standstill: how each drive's dry friction turns its sign beside what was found; None where that was
             not asked.
+        nameable: the smallest sizes that the loop would have shown of what it alone shows.
     """
 
     course: Course
     answer: EvidenceAnswer
     families: Sequence[EffectFamily]
+    judged: float = 1.0
     unnamed: str = ""
     note: str = ""
     standstill: Standstill | None = None
+    nameable: tuple[Smallest, ...] = ()
 
     def is_worth_a_look(self) -> bool:
         """Not beside many effects, nor where something does not repeat and is no shock."""
@@ -91,11 +99,15 @@ class InLoop:
         known = {(effect.name, effect.place.joints) for effect in self.course.step.placed}
         joints = set(range(problem.rows.n)) - self.left_alone()
         beside = [(finding.placed, finding.linear) for finding in found]
-        one = likeliest_in_loop(problem, families, known, joints, beside)
+        one = likeliest_in_loop(problem, families, known, joints, beside, self._heard)
         if one is not None:
             self._add(in_loop, one)
         elif not found and not self.more_in_motion():
             self._tell(problem)
+
+    def _heard(self, problem: Problem, entries: Sequence[Entry]) -> None:
+        assert isinstance(problem.rows, LoopRows)
+        self.nameable = smallest_in_loop(problem.rows, problem.level, entries, judged=self.judged)
 
     def _add(self, in_loop: LoopStep, one: AtReversals) -> None:
         """Go on with a model that has what the loop shows; without it where that cannot be simulated."""

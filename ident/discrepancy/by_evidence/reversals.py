@@ -8,16 +8,16 @@ and the same prior as what the moving arm shows.
 from __future__ import annotations
 
 import logging
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, zip_longest
 
 import numpy as np
 
 from ident.closed_loop.at_once import at_once
-from ident.discrepancy.by_evidence.decide.left_over import misfit_of, residual_rows, usual_at
+from ident.discrepancy.by_evidence.decide.left_over import misfit_of
 from ident.discrepancy.by_evidence.decide.names import NOTHING, SURE, Key, Slot, as_limit, probabilities
-from ident.discrepancy.by_evidence.decide.no_name import AS_NOT, NO_NAME, OUTSIDE
+from ident.discrepancy.by_evidence.decide.no_name import NO_NAME
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith, present_with
 from ident.discrepancy.by_evidence.decide.problem import Problem, level_beside, root_mean_square
 from ident.discrepancy.by_evidence.decide.scanned import scanned
@@ -32,13 +32,8 @@ from ident.discrepancy.by_evidence.decide.state import (
     without_effects,
 )
 from ident.discrepancy.by_evidence.evidence.loop_rows import LoopRows, loop_rows
-from ident.discrepancy.by_evidence.library.candidates import (
-    Candidate,
-    Entry,
-    candidates,
-    is_friction,
-    library,
-)
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, candidates, library
+from ident.discrepancy.by_evidence.where_it_acts import explains_more_than_is_left, odds_of_no_name
 from ident.discrepancy.loop import Standstill
 from ident.discrepancy.step import LoopStep, Step
 from ident.effects.family import EffectFamily, PlacedEffect
@@ -49,8 +44,12 @@ _log = logging.getLogger(__name__)
 _OF_BEST = 0.5
 """Of the nats that an effect has with its best shape, what the best of its grid has at least."""
 
-_HARDLY = 1e-6
-"""Of its speed, at which viscous friction is nothing and dry friction is all there."""
+Heard = Callable[[Problem, Sequence[Entry]], None]
+"""Told of the model, and of simulated effects that show at reversals alone."""
+
+
+def nobody(problem: Problem, entries: Sequence[Entry]) -> None:
+    """Who does not ask."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +75,7 @@ def likeliest_in_loop(
     found: Collection[Key],
     joints: Collection[int],
     beside: Sequence[tuple[PlacedEffect, FloatArray]] = (),
+    heard: Heard = nobody,
 ) -> AtReversals | None:
     """The likeliest effect at some joints beside a model in closed loop; None where nothing is as likely.
 
@@ -87,6 +87,7 @@ def likeliest_in_loop(
         found: names and places that are no further effect.
         joints: from 0.
         beside: what motion has shown, each with its parameters (p,).
+        heard: told of what was simulated.
     """
     rows = problem.rows
     assert isinstance(rows, LoopRows)
@@ -105,7 +106,9 @@ def likeliest_in_loop(
     sets: dict[Key, Found] = {}
     exact = replace(problem, rows=rows.exactly())
     leaders: set[Key] = set()
-    asked = zip(quickest, at_once(lambda one: _simulated(exact, empty, one, present), quickest), strict=True)
+    fits = at_once(lambda one: _simulated(exact, empty, one, present), quickest)
+    heard(exact, [fit.members[0].entry for fit in fits if fit is not None])
+    asked = zip(quickest, fits, strict=True)
     for one, fitted in chain(asked, _with_leaders(exact, empty, screened, present, leaders)):
         key = one.candidate.key
         value = one.log_odds if fitted is None else fitted.log_posterior - empty.log_posterior
@@ -118,49 +121,11 @@ def likeliest_in_loop(
             leaders.add(key)
     names = Slot(as_limit(probabilities(odds, forms)))
     first = names.names[0].key
-    if first not in sets or names.something < SURE or not _explains(exact, sets[first]):
+    if first not in sets or names.something < SURE or not explains_more_than_is_left(exact, sets[first]):
         return None
     _log.info("the loop shows %s at %s, %.1f nats", *first, names.log_odds(first))
-    odds[NO_NAME, first[1]] = odds[first] + _odds_of_no_name(exact, sets[first], beside)
+    odds[NO_NAME, first[1]] = odds[first] + odds_of_no_name(exact, sets[first], beside)
     return AtReversals(forms[first], Slot(as_limit(probabilities(odds, forms), first)))
-
-
-def _odds_of_no_name(
-    problem: Problem, found: Found, beside: Sequence[tuple[PlacedEffect, FloatArray]]
-) -> float:
-    """Log odds of something without a name against the only effect of a set, before other motion is asked.
-
-    What every arm leaves is on all rows, and an effect of reversals on few: what it takes off the residual
-    where it acts is compared with that. (A static friction of 0.25 N·m was 0.02 N·m on all rows, where 0.03
-    are usual, and left 0.08 of 0.18 where it acts; one that was not there left 0.068 of 0.069.) How a
-    friction that motion has shown turns its sign no moving row says, and the law of its drive is that of the
-    friction before it: what is more at the same drive's reversals is as likely as not that, where it is no
-    more than what of that friction turns (a Stribeck friction is more than one that cools and is viscous for
-    the most).
-    """
-    (member,), on = found.members, _where_it_acts(problem, found)
-    at = member.candidate.key[1]
-    on_it = [pair for pair in beside if pair[0].place.joints == at and is_friction(pair[0])]
-    turns = sum(_most_as_it_turns(problem, *pair) for pair in on_it)
-    turned = member.is_friction and turns > float(np.sqrt(on.squares.max()))
-    as_usual = _closed(problem, found, on) <= usual_at(problem, found, on.joint) ** 2
-    return float(np.log(AS_NOT if turned or as_usual else OUTSIDE))
-
-
-def _closed(problem: Problem, found: Found, on: _Acting) -> float:
-    """(N·m)² (or N²) that an effect takes off the mean square of the residual where it acts."""
-    sets = without_effects(problem), found
-    before, after = (residual_rows(problem.rows, one)[:, on.joint] for one in sets)
-    return float(np.average(before**2 - after**2, weights=on.squares))
-
-
-def _most_as_it_turns(problem: Problem, placed: PlacedEffect, values: FloatArray) -> float:
-    """The most that a friction with its parameters (p,) comes to where drives hardly move, N·m (or N)."""
-    assert isinstance(problem.rows, LoopRows)
-    loop = problem.rows.loop
-    variant, motion = loop.variant(placed), loop.motion_of_rows()
-    slow = [replace(one, velocity=_HARDLY * one.velocity) for one in motion]
-    return max(float(np.abs(variant.columns(one) @ values).max()) for one in slow)
 
 
 def _quickest(screened: Sequence[Screened], entries: Sequence[Entry]) -> list[Screened]:
@@ -258,35 +223,6 @@ def _simulated(problem: Problem, empty: Found, one: Screened, present: PresentWi
     shaped = refined(problem, found.members, 0, found, present, made=True)
     best = found_set(problem, (shaped,), found.level, shaped.joints)
     return max(best, found, key=lambda one: one.log_posterior)
-
-
-def _explains(problem: Problem, found: Found) -> bool:
-    """Whether an effect explains more than stays unexplained, on the rows where it acts."""
-    on = _where_it_acts(problem, found)
-    rough = problem.rows.noise[on.joint].marginal ** 2 * (found.level.excess[on.joint] ** 2 - 1.0)
-    explained = float(np.average(on.squares, weights=on.squares))
-    return explained > float(found.level.kappa[on.joint] ** 2 + rough)
-
-
-@dataclass(frozen=True)
-class _Acting:
-    """Where an effect acts.
-
-    Attributes:
-        joint: where it shows most.
-        squares: (rows,) of its torque there, (N·m)² (or N²), by which a row counts; 0 of what is not used.
-    """
-
-    joint: int
-    squares: FloatArray
-
-
-def _where_it_acts(problem: Problem, found: Found) -> _Acting:
-    """Of the only effect of a set."""
-    (member,) = found.members
-    torque = problem.rows.thin(member.entry.placed) @ found.theta(0)[0]
-    joint = max(member.joints, key=lambda j: float(np.sum(torque[:, j] ** 2)))
-    return _Acting(joint, np.where(problem.prepared.used[:, joint], torque[:, joint], 0.0) ** 2)
 
 
 def beyond_margin(problem: Problem) -> bool:

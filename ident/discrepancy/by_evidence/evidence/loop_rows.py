@@ -17,17 +17,21 @@ from ident.discrepancy.by_evidence.evidence.known import Beta, arm_lag, beta_of,
 from ident.discrepancy.by_evidence.evidence.law_columns import law_columns
 from ident.discrepancy.by_evidence.evidence.load_memory import simulated_memory
 from ident.discrepancy.by_evidence.evidence.misfit import joined, misfit_columns
-from ident.discrepancy.by_evidence.evidence.noise import autoregressive
+from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
-from ident.discrepancy.loop import FINE
+from ident.discrepancy.loop import FINE, Loop, Standstill, settled
 from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.loop_examination import LoopExamination
+from ident.discrepancy.prior import Prior
+from ident.discrepancy.repeats import not_repeating
 from ident.discrepancy.simulated_loop import loop_evidence
 from ident.effects import State
 from ident.effects.family import PlacedEffect
 from ident.effects.usual import friction_sign
-from robots.arrays import BoolArray, FloatArray
+from ident.errors import IdentificationError
+from ident.parameters.base import BaseParameters
+from robots.arrays import BoolArray, FloatArray, IntArray
 from robots.identity_cache import IdentityCache
 
 
@@ -76,19 +80,76 @@ def loop_rows(examination: LoopExamination, used: BoolArray | None = None) -> tu
     base, before = examination.base, examination.loop
     moved, rest, noise = loop_evidence(before.loop, base, examination.beta, before.standstill)
     evidence = moved.after(before)
-    beta, precision = beta_of(examination.prior, examination.beta)
+    laws = (law_columns(evidence),) if examination.any_law else ()
+    known, beta = _known(evidence, examination.prior, examination.beta, rest, laws)
+    prepared = _prepared(evidence, evidence.moving() if used is None else used)
+    own = _each(noise, prepared.segment, prepared.used)
+    return LoopRows(prepared, known, _misfit(evidence, prepared), own, loop=evidence), beta
+
+
+def expected_rows(
+    loop: Loop,
+    base: BaseParameters,
+    prior: Prior | None,
+    values: FloatArray,
+    standstill: Standstill,
+    noise: tuple[Noise, ...],
+) -> LoopRows:
+    """Of an arm that does as a model says, before it has moved.
+
+    Args:
+        loop: of the motion that is asked for.
+        base: the model.
+        prior: of its parameters.
+        values: they themselves (b,).
+        standstill: how each drive's dry friction turns its sign.
+        noise: of the drives' torque, at these rows.
+
+    Raises:
+        IdentificationError: the loop cannot be simulated.
+    """
+    evidence, rest, _ = loop_evidence(loop, base, values, standstill)
+    evidence = replace(evidence, noise=np.array([one.marginal for one in noise]))
+    known, _ = _known(evidence, prior, values, np.zeros_like(rest), ())
+    prepared = _prepared(evidence, evidence.moving())
+    return LoopRows(prepared, known, _misfit(evidence, prepared), noise, loop=evidence)
+
+
+def noise_of(loop: Loop) -> tuple[Noise, ...]:
+    """Of each drive's torque at a loop's rows: what differs from one period to the next.
+
+    Raises:
+        IdentificationError: nothing repeats.
+    """
+    alone = []
+    for piece in loop.prepared:
+        if piece.period is None:
+            raise IdentificationError("the trajectory does not repeat, so there is no noise to be seen")
+        signal, start = piece.recording.control_signal, settled(piece)
+        alone.append(np.concatenate([signal[:start], not_repeating(signal[start:], piece.period)]))
+    noise, segment = loop.rows(alone), loop.segment()
+    return _each(noise, segment, np.ones(noise.shape, dtype=np.bool_))
+
+
+def _each(noise: FloatArray, segment: IntArray, used: BoolArray) -> tuple[Noise, ...]:
+    """Of each drive, of rows × drives."""
+    return tuple(autoregressive(noise[:, j], segment, used[:, j]) for j in range(noise.shape[1]))
+
+
+def _known(
+    evidence: LoopEvidence,
+    prior: Prior | None,
+    values: FloatArray,
+    rest: FloatArray,
+    laws: tuple[FloatArray, ...],
+) -> tuple[Known, Beta]:
+    """Columns of β (b,) and of what every loop may have, and what the prior's β leaves of the torque."""
+    beta, precision = beta_of(prior, values)
     columns = evidence.screened_base()
-    parts = [_lags(evidence), simulated_memory(evidence)]
-    if examination.any_law:
-        parts.append(law_columns(evidence))
-    more = np.concatenate(parts, axis=2)
+    more = np.concatenate([_lags(evidence), simulated_memory(evidence), *laws], axis=2)
     whole = np.concatenate([columns @ beta.spread, more], axis=2)
     precision = np.concatenate([precision, np.ones(more.shape[2])])
-    known = Known(whole, precision, rest + columns @ (examination.beta - beta.values))
-    prepared = _prepared(evidence, evidence.moving() if used is None else used)
-    segment, used = prepared.segment, prepared.used
-    own = tuple(autoregressive(noise[:, j], segment, used[:, j]) for j in range(noise.shape[1]))
-    return LoopRows(prepared, known, _misfit(evidence, prepared), own, loop=evidence), beta
+    return Known(whole, precision, rest + columns @ (values - beta.values)), beta
 
 
 def _prepared(evidence: LoopEvidence, used: BoolArray) -> Prepared:

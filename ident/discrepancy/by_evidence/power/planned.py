@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from ident.discrepancy.align import lag_is_known
 from ident.discrepancy.by_evidence.accepted import prior_of, widened
 from ident.discrepancy.by_evidence.decide.instruments import fitted_motion, predicted
 from ident.discrepancy.by_evidence.decide.names import SURE
+from ident.discrepancy.by_evidence.decide.peaks import tried_at
 from ident.discrepancy.by_evidence.decide.present_with import PresentWith
 from ident.discrepancy.by_evidence.decide.problem import Problem, misfit_basis, pose, usual_misfit
 from ident.discrepancy.by_evidence.decide.state import Found, Member
@@ -19,8 +21,15 @@ from ident.discrepancy.by_evidence.evidence.known import known_columns
 from ident.discrepancy.by_evidence.evidence.noise import Noise
 from ident.discrepancy.by_evidence.evidence.prepared import Prepared, prepare, settings_for
 from ident.discrepancy.by_evidence.evidence.rows import Rows
-from ident.discrepancy.by_evidence.library.candidates import Candidate, candidates, library
-from ident.discrepancy.by_evidence.power.smallest import CHANCE, Key, Smallest, smallest_sizes
+from ident.discrepancy.by_evidence.library.candidates import Candidate, Entry, candidates, library
+from ident.discrepancy.by_evidence.power.odds import Key
+from ident.discrepancy.by_evidence.power.reversals import (
+    AsKnown,
+    SeenInLoop,
+    seen_in_loop,
+    sizes_at_reversals,
+)
+from ident.discrepancy.by_evidence.power.smallest import CHANCE, Smallest, smallest_sizes
 from ident.discrepancy.prior import Prior
 from ident.effects.family import EffectFamily, PresentModel
 from ident.effects.vocabulary import VOCABULARY
@@ -34,6 +43,9 @@ from robots.description import Robot
 CHANNELS: Key = ("lag between the channels", ())
 """What a delay is not told from where it is estimated."""
 
+_DEPTHS = (0.1, 0.2, 0.3)
+"""Of a joint's way, from either end: where something may stand that it presses against."""
+
 
 @dataclass(frozen=True)
 class KnownBefore:
@@ -42,10 +54,12 @@ class KnownBefore:
     Attributes:
         noise: per joint, of rows at the rate of the search.
         prior: of the base parameters; None for what this very motion shows of them.
+        in_loop: of the drives; the noise of the joints where None.
     """
 
     noise: tuple[Noise, ...]
     prior: Prior | None = None
+    in_loop: SeenInLoop | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +92,8 @@ def known_from_run(robot: Robot, recordings: Sequence[Recording]) -> KnownBefore
     settled = settings_for(robot, recordings[0])
     base = base_parameters(RegressorModel.of(settled))
     problem = pose(base, None, fitted_motion(base, None, recordings), None)
-    return KnownBefore(problem.rows.noise, prior_of(problem))
+    prior = prior_of(problem)
+    return KnownBefore(problem.rows.noise, prior, seen_in_loop(base, prior.values, recordings))
 
 
 def white_noise(deviation: FloatArray, row_time: float, at: float) -> tuple[Noise, ...]:
@@ -124,9 +139,13 @@ def planned_sizes(
     rows = _rows(base, prior, values, prepared, present, known.noise)
     misfit = usual_misfit(known.noise) if prior.misfit is None else prior.misfit
     model = PresentWith(present, (), prepared.apart)
-    entries = library(rows, candidates(settled, families), model)
+    wanted = candidates(settled, families)
+    entries = _vocabulary(rows, wanted, model)
     sizes = smallest_sizes(rows, Level(misfit, np.ones_like(misfit)), (), entries, SURE, chance)
-    return sizes if lag_is_known(robot) else _beside_alignment(sizes)
+    if not lag_is_known(robot):
+        sizes = _beside_alignment(sizes)
+    arm = AsKnown(base, prior, values, known.in_loop or SeenInLoop(known.noise))
+    return or_less(sizes, sizes_at_reversals(arm, (motion,), wanted, chance))
 
 
 def sizes_beside(
@@ -156,9 +175,46 @@ def sizes_beside(
     prepared = predicted(prepare(robot, [_as_asked(one) for one in recordings]), model.present)
     rows = _rows(model.base, model.prior, model.start, prepared, model.present, model.noise)
     members = tuple(_on(rows, member) for member in found.members)
-    judged = _duration(judging) / _duration(recordings)
-    sizes = smallest_sizes(rows, found.level, members, library(rows, wanted, present), SURE, judged=judged)
+    judged = share_that_judges(judging, recordings)
+    entries = _vocabulary(rows, wanted, present)
+    sizes = smallest_sizes(rows, found.level, members, entries, SURE, judged=judged)
     return sizes if lag_known else _beside_alignment(sizes)
+
+
+def or_less(sizes: Sequence[Smallest], others: Sequence[Smallest]) -> tuple[Smallest, ...]:
+    """Of each effect at each place what is named with less."""
+    also = {(one.name, one.joints): one for one in others}
+
+    def least(one: Smallest) -> Smallest:
+        other = also.pop((one.name, one.joints), one)
+        return other if other.tells_more_than(one) else one
+
+    return (*map(least, sizes), *also.values())
+
+
+def _vocabulary(rows: Rows, wanted: Sequence[Candidate], present: PresentModel) -> tuple[Entry, ...]:
+    """The library, and what begins at a position, at some that the motion passes."""
+    passed = np.concatenate([part.at_rows.position for part in rows.prepared.parts])
+    corners = [one for one in wanted if one.over == "corner"]
+    pressed = [tried_at(rows, one, _passed(one, passed), present) for one in corners]
+    return (*library(rows, wanted, present), *(entry for some in pressed for entry in some))
+
+
+def _passed(candidate: Candidate, position: FloatArray) -> list[tuple[float, float]]:
+    """Corner and side, so deep within a joint's way (rows, n) as something is that it presses against."""
+    (joint,), (corner, sides) = candidate.place.joints, candidate.shapes
+    low, high = float(position[:, joint].min()), float(position[:, joint].max())
+    grid = np.array(corner.grid)
+    where = {
+        (
+            float(
+                grid[np.argmin(np.abs(grid - (high if side > 0.0 else low) + side * depth * (high - low)))]
+            ),
+            side,
+        )
+        for depth, side in product(_DEPTHS, sides.grid)
+    }
+    return sorted(one for one in where if low < one[0] < high)
 
 
 def _beside_alignment(sizes: Sequence[Smallest]) -> tuple[Smallest, ...]:
@@ -172,8 +228,13 @@ def _beside_alignment(sizes: Sequence[Smallest]) -> tuple[Smallest, ...]:
     )
 
 
-def _duration(recordings: Sequence[Recording]) -> float:
-    return sum(one.sample_time * len(one.time) for one in recordings)
+def share_that_judges(judging: Sequence[Recording], fitted: Sequence[Recording]) -> float:
+    """Information of recordings that judge, as a share of that of those that are fitted: by their length."""
+
+    def duration(recordings: Sequence[Recording]) -> float:
+        return sum(one.sample_time * len(one.time) for one in recordings)
+
+    return duration(judging) / duration(fitted)
 
 
 def _as_asked(recording: Recording) -> Recording:

@@ -81,6 +81,7 @@ def smallest_json(one: Smallest) -> dict[str, Any]:
         "parameter": one.parameter,
         "size": one.size if one.seen else None,
         "unit": one.unit,
+        "at_most": one.falls,
         "torque": one.torque if one.seen else None,
         "torque_joint": one.joint,
         "torque_unit": one.torque_unit,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,7 +14,8 @@ from ident.discrepancy.by_evidence.decide.screening import _alike
 from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE
 from ident.discrepancy.by_evidence.power import planned
 from ident.discrepancy.by_evidence.power.expected import Expectation
-from ident.discrepancy.by_evidence.power.smallest import SIZES, Smallest, _Odds, _said, least_of, worst_first
+from ident.discrepancy.by_evidence.power.odds import EVEN, SIZES, Odds
+from ident.discrepancy.by_evidence.power.smallest import Smallest, _of_grid, worst_first
 from ident.effects.family import Shape
 
 ANY = (-np.inf, np.inf)
@@ -37,7 +39,7 @@ def entry(
         scale=np.ones(count),
         unsaid=0.0,
     )
-    own = candidate or SimpleNamespace(key=(name, (0,)), share=0.1, family=family)
+    own = candidate or SimpleNamespace(key=(name, (0,)), share=0.1, family=family, combinations=1)
     placed = SimpleNamespace(whole=centre != 0.0, of_measured=False)
     return SimpleNamespace(candidate=own, white=white, placed=placed)
 
@@ -119,47 +121,49 @@ def test_the_smallest_size_is_named_in_four_of_five(strength: float, judged: flo
     """However little the other motion has to say, and however much."""
     entries = [entry("true"), entry("other"), entry("wide", 2)]
     own = information(4, strength, 4)
-    size, _ = _Odds(entries, own, 0.9, 0.8, judged).unlucky(0)
+    size, _ = Odds(entries, own, 0.9, 0.8, judged).smallest(0)
     assert named(own, size, entries, judged) == pytest.approx(0.8, abs=0.04)
 
 
 def test_what_another_name_imitates_needs_to_be_larger_and_is_told_from_that_name() -> None:
     entries = [entry("true"), entry("other")]
     own = 100.0 * np.array([[1.0, 0.0], [0.0, 1.0]])
-    apart, rival = _Odds(entries, own, 0.9, 0.8, 1.0).unlucky(0)
+    apart, rival = Odds(entries, own, 0.9, 0.8, 1.0).smallest(0)
     assert rival == ("nothing", ())
     own = 100.0 * np.array([[1.0, 0.995], [0.995, 1.0]])
-    near, rival = _Odds(entries, own, 0.9, 0.8, 1.0).unlucky(0)
+    near, rival = Odds(entries, own, 0.9, 0.8, 1.0).smallest(0)
     assert rival == ("other", (0,))
     assert near > 1.2 * apart
     assert named(own, near, entries) == pytest.approx(0.8, abs=0.04)
     own = 100.0 * np.ones((2, 2))
-    assert _Odds(entries, own, 0.9, 0.8, 1.0).unlucky(0)[0] == np.inf
+    assert Odds(entries, own, 0.9, 0.8, 1.0).smallest(0)[0] == np.inf
 
 
 def test_a_rival_that_cannot_have_the_sign_is_none() -> None:
     """Both signs of the effect are asked about: one of them is told easily, the other is the answer."""
     own = 100.0 * np.array([[1.0, 0.995], [0.995, 1.0]])
     positive = entry("other", bounds=(0.0, np.inf))
-    either = _Odds([entry("true"), positive], own, 0.9, 0.8, 1.0)
-    falls = _Odds([entry("true", bounds=(-np.inf, 0.0)), positive], own, 0.9, 0.8, 1.0)
-    rises = _Odds([entry("true", bounds=(0.0, np.inf)), positive], own, 0.9, 0.8, 1.0)
-    assert falls.unlucky(0)[0] < rises.unlucky(0)[0] == either.unlucky(0)[0]
+    either = Odds([entry("true"), positive], own, 0.9, 0.8, 1.0)
+    falls = Odds([entry("true", bounds=(-np.inf, 0.0)), positive], own, 0.9, 0.8, 1.0)
+    rises = Odds([entry("true", bounds=(0.0, np.inf)), positive], own, 0.9, 0.8, 1.0)
+    assert falls.smallest(0)[0] < rises.smallest(0)[0] == either.smallest(0)[0]
 
 
 def test_of_several_shapes_the_one_in_the_middle_answers() -> None:
-    shared = SimpleNamespace(key=("true", (0,)), share=0.1, family=SimpleNamespace(essential=()))
+    shared = SimpleNamespace(
+        key=("true", (0,)), share=0.1, family=SimpleNamespace(essential=()), combinations=3
+    )
     entries = [entry("true", candidate=shared) for _ in range(3)]
     own = np.diag([400.0, 25.0, 100.0])
-    odds = _Odds(entries, own, 0.9, 0.8, 1.0)
+    odds = Odds(entries, own, 0.9, 0.8, 1.0)
     assert odds.middle([0, 1, 2]) == 2
-    alone = _Odds([entries[2]], own[2:, 2:], 0.9, 0.8, 1.0)
-    assert odds.unlucky(2)[0] > alone.unlucky(0)[0]  # the shapes share the prior
+    alone = Odds([entry("true")], own[2:, 2:], 0.9, 0.8, 1.0)
+    assert odds.smallest(2)[0] > alone.smallest(0)[0]  # the shapes share the prior
 
 
 def test_what_the_motion_does_not_show_has_no_size_and_stands_first() -> None:
     own = np.array([[1e-9]])
-    assert _Odds([entry("true")], own, 0.9, 0.8, 1.0).unlucky(0)[0] == np.inf
+    assert Odds([entry("true")], own, 0.9, 0.8, 1.0).smallest(0)[0] == np.inf
     assert SIZES[-1] == 3.0
 
     def said(share: float) -> Smallest:
@@ -170,8 +174,9 @@ def test_what_the_motion_does_not_show_has_no_size_and_stands_first() -> None:
 
 def test_shapes_of_a_candidate_are_summed_each_with_its_own() -> None:
     first, second = entry("first", candidate=None), entry("second", candidate=None)
+    second.candidate.combinations = 4
     entries = [first, *[entry("several", candidate=second.candidate) for _ in range(3)], second]
-    odds = _Odds(entries, information(5, 1.0, 4), 0.9, 0.8, 1.0)
+    odds = Odds(entries, information(5, 1.0, 4), 0.9, 0.8, 1.0)
     nats = np.random.default_rng(5).normal(scale=500.0, size=(7, 5))
     expected = np.stack([nats[:, 0], logsumexp(nats[:, 1:], axis=1)], axis=1)
     np.testing.assert_allclose(odds._sums(nats), expected, rtol=1e-13)
@@ -185,7 +190,7 @@ def test_recordings_that_judge_count_for_their_length(monkeypatch: pytest.Monkey
         return SimpleNamespace(sample_time=0.004, time=np.arange(round(seconds / 0.004)))
 
     told: list[float] = []
-    for name in ("prepare", "predicted", "_as_asked", "_rows", "library"):
+    for name in ("prepare", "predicted", "_as_asked", "_rows", "_vocabulary"):
         monkeypatch.setattr(planned, name, lambda *given: None)
     monkeypatch.setattr(planned, "smallest_sizes", lambda *given, judged: (told.append(judged), ())[1])
     model: Any = SimpleNamespace(
@@ -209,19 +214,72 @@ def test_recordings_that_judge_count_for_their_length(monkeypatch: pytest.Monkey
         assert told.pop() == pytest.approx(share)
 
 
-def test_a_size_that_is_a_shape_is_no_smaller_than_the_vocabulary_has() -> None:
-    """A gear of 1.1e-6 rad/(N·m) was said to be named, where the stiffest that is looked for has 2.7e-6."""
-    shape, other = (Shape("a", "1", (0.2, 0.4), lower, 0.8) for lower in (0.1, -0.1))
-    assert (least_of(shape), least_of(other)) == (0.1, 0.0)
-    placed = SimpleNamespace(whole=True, shape=(0.2,), shape_names=("compliance",))
-    prepared: Any = SimpleNamespace(
-        robot=SimpleNamespace(joint=[SimpleNamespace(torque=10.0, torque_unit="N·m")]),
-        used=np.ones((4, 1), dtype=np.bool_),
-        parts=(SimpleNamespace(columns=lambda placed: np.ones((4, 1, 1))),),
-    )
+def test_a_few_shapes_that_stand_for_all_have_the_prior_of_one_each() -> None:
+    own = np.array([[100.0]])
+    few, many = entry("true"), entry("true")
+    many.candidate.combinations = 386
+    small, large = (Odds([one], own, 0.9, 0.8, 1.0).smallest(0)[0] for one in (few, many))
+    assert large > 1.1 * small
+
+
+def test_what_the_fit_alone_has_to_show_is_larger() -> None:
+    """The search goes on in the loop with what its rows alone are sure of."""
+    own = np.array([[100.0]])
+    usual, sure = (Odds([entry("true")], own, 0.9, 0.8, 1.0, by_fit).smallest(0)[0] for by_fit in (EVEN, 0.9))
+    assert sure > 1.05 * usual
+
+
+def of_values(values: list[float], information: list[float], rest: float = 0.3) -> tuple[Any, Odds]:
+    """An effect that is what its first shape makes it, with some values of that and what each one shows."""
+    shapes = (Shape("limit", "N·m", tuple(values), 1.0, 9.0), Shape("other", "1", (rest,), 0.0, 1.0))
     family = SimpleNamespace(essential=())
-    candidate = SimpleNamespace(key=("joint_elasticity", (0,)), shapes=(shape,), family=family)
-    one: Any = SimpleNamespace(placed=placed, candidate=candidate, white=SimpleNamespace(scale=np.ones(1)))
-    for factor, size in ((0.01, 0.1), (0.5, 0.1), (0.75, 0.15), (np.inf, np.inf)):
-        said = _said(cast(Any, SimpleNamespace(prepared=prepared)), one, factor, ("nothing", ()))
-        assert said.size == pytest.approx(size)
+    candidate = SimpleNamespace(
+        key=("saturation", (0,)), shapes=shapes, family=family, share=0.1, combinations=len(values)
+    )
+    entries = [entry("saturation", centre=1.0, candidate=candidate) for _ in values]
+    for one, value, size in zip(entries, values, information, strict=True):
+        one.placed = SimpleNamespace(
+            whole=True, shape=(value, rest), shape_names=("limit", "other"), torque=np.sqrt(size)
+        )
+    rows: Any = SimpleNamespace(
+        prepared=SimpleNamespace(
+            robot=SimpleNamespace(joint=[SimpleNamespace(torque=10.0, torque_unit="N·m")]),
+            used=np.ones((4, 1), dtype=np.bool_),
+        ),
+        thin=lambda placed: placed.torque * np.ones((4, 1, 1)),
+    )
+    return rows, Odds(entries, np.diag(information), 0.9, 0.8, 1.0)
+
+
+def test_of_what_its_shape_makes_the_name_begins_between_two_values_that_are_asked_as_they_are() -> None:
+    rows, odds = of_values([1.0, 2.0, 4.0, 8.0], [0.1, 1.0, 400.0, 900.0])
+    said = _of_grid(rows, odds, [0, 1, 2, 3])
+    assert 2.0 < said.size < 4.0 and 1.0 < said.torque < 20.0 and not said.falls
+    assert said.shape == (("other", 0.3, "1"),) and said.parameter == "limit"
+    assert said.names(4.0) and not said.names(2.0)
+
+
+def test_of_a_limit_it_is_the_largest_that_would_be_named() -> None:
+    rows, odds = of_values([1.0, 2.0, 4.0, 8.0], [900.0, 400.0, 1.0, 0.1])
+    said = _of_grid(rows, odds, [0, 1, 2, 3])
+    assert said.falls and 2.0 < said.size < 4.0
+    assert said.names(2.0) and not said.names(4.0)
+    better = replace(said, size=1.5 * said.size)
+    assert better.tells_more_than(said) and not said.tells_more_than(better)
+
+
+def test_values_that_all_show_or_none_end_the_grid() -> None:
+    rows, odds = of_values([1.0, 2.0], [400.0, 900.0])
+    assert _of_grid(rows, odds, [0, 1]).size == 1.0
+    rows, odds = of_values([1.0, 2.0], [0.1, 1.0])
+    none = _of_grid(rows, odds, [0, 1])
+    assert not none.seen and not none.names(9.0) and not none.tells_more_than(none)
+    assert replace(none, size=3.0).tells_more_than(none)
+
+
+def test_of_an_effect_at_a_place_the_answer_is_the_less() -> None:
+    def said(joint: int, size: float) -> Smallest:
+        return Smallest("a", (joint,), "F", "1", size, size, 1, "N·m", (), ("nothing", ()), size)
+
+    less = planned.or_less([said(1, np.inf), said(2, 0.1)], [said(1, 0.4), said(2, 0.4), said(3, np.inf)])
+    assert [(one.joints, one.size) for one in less] == [((1,), 0.4), ((2,), 0.1), ((3,), np.inf)]
