@@ -77,16 +77,7 @@ class Odds:
             From 0, between two of them where the odds are; infinite where none is named.
         """
         asked = [self._safe(number, 1.0, np.ones(1)) for number in numbers]
-        margins = np.array([safe.min() for safe, _ in asked])
-        below = np.flatnonzero(margins < 0.0)
-        if below.size == 0:
-            return 0.0, asked[0][1][int(asked[0][0].argmin())]
-        last = int(below[-1])
-        safe, rivals = asked[last]
-        rival = rivals[int(safe.argmin())]
-        if last == margins.size - 1:
-            return float("inf"), rival
-        return float(last - margins[last] / (margins[last + 1] - margins[last])), rival
+        return _from_where_on(np.concatenate([safe for safe, _ in asked]), asked[0][1])
 
     def energy(self, number: int) -> float:
         """Nats that an entry shows as it is."""
@@ -125,13 +116,12 @@ class Odds:
         """Size from which on the entry is named against nothing at all."""
         a, nats = self._own(number, sign)
         ahead = TEMPERATURE * nats + self.prior[self._place(number)]
-        return _crossing(self._something(ahead, number, a * SIZES**2))
+        safe = self._something(ahead, number, a * SIZES**2)
+        return _size_at(_from_where_on(safe[:, np.newaxis], (NOTHING,))[0])
 
     def _beside_all(self, number: int, sign: float) -> tuple[float, Key]:
-        safe, rivals = self._safe(number, sign)
-        size = _crossing(safe.min(axis=1))
-        below = max(int(np.searchsorted(SIZES, min(size, SIZES[-1]))) - 1, 0)
-        return size, rivals[int(np.argmin(safe[below]))]
+        at, rival = _from_where_on(*self._safe(number, sign))
+        return _size_at(at), rival
 
     def _safe(
         self, number: int, sign: float, sizes: FloatArray = SIZES
@@ -194,13 +184,27 @@ def _log_sums(nats: FloatArray) -> FloatArray:
     return np.asarray(most + np.log(np.exp(nats - most[:, np.newaxis]).sum(axis=1)))
 
 
-def _crossing(margin: FloatArray) -> float:
-    """Size from which on a margin (S,) is positive, between the sizes that are tried."""
+def _size_at(number: float) -> float:
+    """Of :data:`SIZES`, between two of them as well."""
+    return float(SIZES[0] * (SIZES[1] / SIZES[0]) ** number)
+
+
+def _from_where_on(safe: FloatArray, rivals: Sequence[Key]) -> tuple[float, Key]:
+    """From where on some odds are all positive, and which are not before.
+
+    Args:
+        safe: log odds (S, rivals) of what grows from each row to the next.
+        rivals: whom they are against.
+
+    Returns:
+        Number of the row, between two of them; infinite where it is none.
+    """
+    margin = safe.min(axis=1)
     below = np.flatnonzero(margin < 0.0)
     if below.size == 0:
-        return float(SIZES[0])
+        return 0.0, rivals[int(safe[0].argmin())]
     last = int(below[-1])
-    if last == SIZES.size - 1:
-        return float("inf")
-    share = -margin[last] / (margin[last + 1] - margin[last])
-    return float(SIZES[last] * (SIZES[last + 1] / SIZES[last]) ** share)
+    rival = rivals[int(safe[last].argmin())]
+    if last == margin.size - 1:
+        return float("inf"), rival
+    return float(last - margin[last] / (margin[last + 1] - margin[last])), rival
