@@ -86,6 +86,25 @@ def test_before_the_arm_moves_nearly_the_same_is_said(clean: LoopStep, said: dic
     assert other.size > 1.5 * one.size, "its gears turn within a fifth of what is usual"
 
 
+def test_of_a_limit_and_a_contact_there_is_a_size_before_the_arm_moves() -> None:
+    """A limit does what follows from the torque, and where something stands only the motion says."""
+    robot = robots.load("emps")
+    run = recorded(robot, 700, Scenario(), 0, 1, 8.0)
+    reference = cast(Any, run.reference)
+    motion = Recording("planned", run.time, reference, reference, np.zeros_like(reference))
+    families = [family_named(name) for name in ("saturation", "contact")]
+    known = replace(known_from_run(robot, (run,)), in_loop=None)
+    limit, contact = planned_sizes(robot, motion, known, families)
+    torque = np.abs(run.control_signal * robot.gains).max()
+    assert limit.falls and limit.parameter == "torque_limit"
+    assert 0.5 * torque < limit.size < torque and limit.names(0.5 * limit.size)
+    (where, angle, _), _ = contact.shape
+    passed = float(np.ptp(reference))
+    ends = min(abs(angle - float(reference.min())), abs(angle - float(reference.max())))
+    assert where == "contact_angle" and 0.05 * passed < ends < 0.35 * passed
+    assert contact.seen and not contact.falls and contact.unit == "N/m"
+
+
 def test_a_motion_that_does_not_repeat_has_no_loop_that_is_looked_at(clean: LoopStep) -> None:
     robot = robots.load("emps")
     run = recorded(robot, 700, Scenario(), 0, 1, 8.0)

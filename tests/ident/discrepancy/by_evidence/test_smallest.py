@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
+from ident.discrepancy.by_evidence.decide.names import SURE
 from ident.discrepancy.by_evidence.decide.screening import _alike
 from ident.discrepancy.by_evidence.decide.state import ONE_MORE, TEMPERATURE
 from ident.discrepancy.by_evidence.power import planned
@@ -189,10 +190,12 @@ def test_recordings_that_judge_count_for_their_length(monkeypatch: pytest.Monkey
     def lasting(seconds: float) -> Any:
         return SimpleNamespace(sample_time=0.004, time=np.arange(round(seconds / 0.004)))
 
-    told: list[float] = []
+    told: list[tuple[float, float]] = []
     for name in ("prepare", "predicted", "_as_asked", "_rows", "_vocabulary"):
         monkeypatch.setattr(planned, name, lambda *given: None)
-    monkeypatch.setattr(planned, "smallest_sizes", lambda *given, judged: (told.append(judged), ())[1])
+    monkeypatch.setattr(
+        planned, "smallest_sizes", lambda *given, judged: (told.append((given[4], judged)), ())[1]
+    )
     model: Any = SimpleNamespace(
         base=SimpleNamespace(model=SimpleNamespace(robot=None)),
         prior=None,
@@ -211,7 +214,7 @@ def test_recordings_that_judge_count_for_their_length(monkeypatch: pytest.Monkey
             judging=[lasting(judging)],
             lag_known=True,
         )
-        assert told.pop() == pytest.approx(share)
+        assert told.pop() == (SURE, pytest.approx(share))
 
 
 def test_a_few_shapes_that_stand_for_all_have_the_prior_of_one_each() -> None:
