@@ -20,6 +20,7 @@ from ident.discrepancy.by_evidence.evidence.misfit import joined, misfit_columns
 from ident.discrepancy.by_evidence.evidence.noise import Noise, autoregressive
 from ident.discrepancy.by_evidence.evidence.prepared import Part, Prepared
 from ident.discrepancy.by_evidence.evidence.rows import Known, Rows
+from ident.discrepancy.by_evidence.evidence.shape_columns import shape_columns
 from ident.discrepancy.loop import FINE, Loop, Standstill, settled
 from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.loop_examination import LoopExamination
@@ -80,8 +81,8 @@ def loop_rows(examination: LoopExamination, used: BoolArray | None = None) -> tu
     base, before = examination.base, examination.loop
     moved, rest, noise = loop_evidence(before.loop, base, examination.beta, before.standstill)
     evidence = moved.after(before)
-    laws = (law_columns(evidence),) if examination.any_law else ()
-    known, beta = _known(evidence, examination.prior, examination.beta, rest, laws)
+    more = (shape_columns(evidence), *((law_columns(evidence),) if examination.any_law else ()))
+    known, beta = _known(evidence, examination.prior, examination.beta, rest, more)
     prepared = _prepared(evidence, evidence.moving() if used is None else used)
     own = _each(noise, prepared.segment, prepared.used)
     return LoopRows(prepared, known, _misfit(evidence, prepared), own, loop=evidence), beta
@@ -141,12 +142,12 @@ def _known(
     prior: Prior | None,
     values: FloatArray,
     rest: FloatArray,
-    laws: tuple[FloatArray, ...],
+    others: tuple[FloatArray, ...],
 ) -> tuple[Known, Beta]:
     """Columns of β (b,) and of what every loop may have, and what the prior's β leaves of the torque."""
     beta, precision = beta_of(prior, values)
     columns = evidence.screened_base()
-    more = np.concatenate([_lags(evidence), simulated_memory(evidence), *laws], axis=2)
+    more = np.concatenate([_lags(evidence), simulated_memory(evidence), *others], axis=2)
     whole = np.concatenate([columns @ beta.spread, more], axis=2)
     precision = np.concatenate([precision, np.ones(more.shape[2])])
     return Known(whole, precision, rest + columns @ (values - beta.values)), beta
