@@ -69,7 +69,9 @@ def test_an_accepted_capture_brings_its_noise_and_a_model_its_deviations(
     (tmp_path / "carriage.csv").write_text("")
     write_model(tmp_path / "emps.model.toml", carriage(emps), [tmp_path / "carriage.csv"], emps)
     accepted = sizes(plan, *MOTION, "--earlier", "emps.model.toml")
-    assert accepted["hysteresis"] == pytest.approx(described["hysteresis"], rel=0.05)
+    # What moves is asked beside the parameters, and what shows at reversals of a loop that has them.
+    assert accepted["torque_ripple"] == pytest.approx(described["torque_ripple"], rel=0.05)
+    assert accepted["hysteresis"] == pytest.approx(described["hysteresis"], rel=0.15)
     # Of a carriage that was known from a good run a smaller change shows than of one known from this motion.
     assert accepted["drive_gain_error"] < 0.9 * described["drive_gain_error"]
 
