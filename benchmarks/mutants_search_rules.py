@@ -1364,6 +1364,12 @@ RULES = (
         "if False:",
     ),
     Broken(
+        "beside a gear that motion has found other shapes of it are no further effect",
+        f"{_BY}evidence/loop_rows.py",
+        "more = (shape_columns(evidence), *(",
+        "more = (np.zeros((*rest.shape, 0)), *(",
+    ),
+    Broken(
         "recordings that judge count for their length",
         f"{_BY}power/planned.py",
         "return duration(judging) / duration(fitted)",

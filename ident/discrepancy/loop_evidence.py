@@ -113,8 +113,12 @@ class LoopEvidence:
 
     def change(self, more: SimulatedParts, substeps: int = COARSE) -> FloatArray | None:
         """Change of the drives' torque that further parts bring; rows × drives, None where it runs away."""
+        return self.change_to(added(self.parts, more), substeps)
+
+    def change_to(self, parts: TorqueParts, substeps: int) -> FloatArray | None:
+        """The same of other parts in place of the model's."""
         try:
-            runs = self.loop.run(added(self.parts, more), substeps)
+            runs = self.loop.run(parts, substeps)
         except IdentificationError as error:
             _log.debug("not simulated: %s", error)
             return None

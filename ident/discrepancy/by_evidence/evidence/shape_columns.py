@@ -8,7 +8,6 @@ would make.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -20,11 +19,8 @@ from ident.discrepancy.loop_evidence import LoopEvidence
 from ident.discrepancy.loop_parts import simulated_parts
 from ident.effects.placed import Placed
 from ident.effects.vocabulary import form_of
-from ident.errors import IdentificationError
 from ident.parameters.regressor import RegressorModel
 from robots.arrays import FloatArray
-
-_log = logging.getLogger(__name__)
 
 _STEP = 1.1
 """Times a shape, to learn what that changes."""
@@ -35,8 +31,7 @@ def shape_columns(loop: LoopEvidence) -> FloatArray:
     others = list(_others(loop))
     changes = at_once(lambda one: _change(loop, one[0]), others)
     found = [change / step for change, (_, step) in zip(changes, others, strict=True) if change is not None]
-    rows = loop.loop.torque(loop.run(FINE))
-    return np.stack(found, axis=2) if found else np.zeros((*rows.shape, 0))
+    return np.stack(found, axis=2) if found else np.zeros((loop.loop.segment().size, loop.robot.n, 0))
 
 
 def _others(loop: LoopEvidence) -> Iterator[tuple[RegressorModel, float]]:
@@ -59,9 +54,4 @@ def _others(loop: LoopEvidence) -> Iterator[tuple[RegressorModel, float]]:
 def _change(loop: LoopEvidence, model: RegressorModel) -> FloatArray | None:
     """Of the drives' torque, rows × drives; None where the loop cannot be simulated with it."""
     base, standard = replace(loop.base, model=model), loop.present.standard
-    try:
-        runs = loop.loop.run(simulated_parts(loop.loop, base, standard, loop.standstill), FINE)
-    except IdentificationError as error:
-        _log.info("not simulated with another shape: %s", error)
-        return None
-    return np.asarray(loop.loop.torque(runs) - loop.loop.torque(loop.run(FINE)))
+    return loop.change_to(simulated_parts(loop.loop, base, standard, loop.standstill), FINE)

@@ -78,7 +78,6 @@ def sizes_at_reversals(
     motion: Sequence[Recording],
     wanted: Sequence[Candidate],
     chance: float = CHANCE,
-    judged: float = 1.0,
 ) -> tuple[Smallest, ...]:
     """Of effects that show at reversals alone; none where the loop is not looked at, or not simulated.
 
@@ -86,7 +85,7 @@ def sizes_at_reversals(
         known: the arm.
         motion: with the references that it is to follow; the torque in it is not read.
         wanted: the vocabulary on this arm.
-        chance, judged: as of :func:`.smallest.smallest_sizes`.
+        chance: as of :func:`.smallest.smallest_sizes`.
     """
     robot = searching(known.base.model.robot, motion[0])
     base = base_parameters(RegressorModel(robot, known.base.model.effects))
@@ -102,7 +101,7 @@ def sizes_at_reversals(
     misfit = usual_misfit(known.seen.noise)
     present = PresentWith(rows.loop.present, (), apart=True)
     entries = [entry for one in alone for entry in tried_at(rows, one, [_quickest(one)], present)]
-    return smallest_in_loop(rows, Level(misfit, np.ones_like(misfit)), entries, chance, judged)
+    return smallest_in_loop(rows, Level(misfit, np.ones_like(misfit)), entries, chance)
 
 
 def smallest_in_loop(
@@ -130,12 +129,8 @@ def _of_standstill(loop: LoopEvidence) -> FloatArray | None:
     """What turning its sign e times as slowly changes of the drives' torque, rows × drives."""
     slower = tuple(_slower(one, _STEP) for one in loop.standstill)
     parts = simulated_parts(loop.loop, loop.base, loop.present.standard, slower)
-    try:
-        change = loop.loop.torque(loop.loop.run(parts, FINE)) - loop.loop.torque(loop.run(FINE))
-    except IdentificationError as error:
-        _log.info("no slower standstill: %s", error)
-        return None
-    return np.asarray(change / np.log(_STEP))
+    change = loop.change_to(parts, FINE)
+    return None if change is None else np.asarray(change / np.log(_STEP))
 
 
 def _slower(

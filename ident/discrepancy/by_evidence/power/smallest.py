@@ -114,7 +114,7 @@ def smallest_sizes(
     def said(numbers: Sequence[int]) -> Smallest:
         if odds.entries[numbers[0]].placed.whole:
             return max(
-                (_of_grid(rows, odds, some) for some in _alike(odds, numbers)), key=lambda one: one.torque
+                (_of_grid(rows, odds, some) for some in _grids(odds, numbers)), key=lambda one: one.torque
             )
         k = odds.middle(numbers)
         return _said(rows, odds.entries[k], *odds.smallest(k))
@@ -162,7 +162,7 @@ def _said(rows: Rows, entry: Entry, factor: float, rival: Key) -> Smallest:
     )
 
 
-def _alike(odds: Odds, numbers: Sequence[int]) -> list[list[int]]:
+def _grids(odds: Odds, numbers: Sequence[int]) -> list[list[int]]:
     """Entries that differ in their first shape alone, in the order of that."""
     grouped: dict[tuple[float, ...], list[int]] = {}
     for k in sorted(numbers, key=lambda k: odds.entries[k].placed.shape[0]):

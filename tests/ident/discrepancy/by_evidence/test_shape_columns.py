@@ -55,5 +55,5 @@ def test_columns_are_what_a_little_of_each_shape_changes(clean: LoopStep) -> Non
     known = loop_rows(replace(clean.examination, base=base, beta=beta, prior=None))[0].known.columns
     scaled = known / np.maximum(np.linalg.norm(known, axis=(0, 1)), 1e-300)
     own = columns / np.linalg.norm(columns, axis=(0, 1))
-    alike = np.abs(np.einsum("rdk,rds->ks", scaled, own)).max(axis=0)
-    assert alike == pytest.approx([1.0, 1.0]), "they are among what every effect is asked beside"
+    correlation = np.abs(np.einsum("rdk,rds->ks", scaled, own)).max(axis=0)
+    assert correlation == pytest.approx([1.0, 1.0]), "every effect is asked beside them"

@@ -128,8 +128,8 @@ def test_the_loop_has_to_be_sure_of_it_alone_beside_another_standstill(
     entries = sorted(heard[0], key=lambda one: -one.white.count)
 
     def size(by_fit: float) -> float:
-        alike = smallest_sizes(rows, problem.level, (), entries, SURE, by_fit=by_fit)
-        return {one.name: one for one in alike}["static_friction"].size
+        sizes = smallest_sizes(rows, problem.level, (), entries, SURE, by_fit=by_fit)
+        return {one.name: one for one in sizes}["static_friction"].size
 
     assert size(SURE) > 1.05 * size(0.5)
     assert said["static_friction"].size > 1.005 * size(SURE)
